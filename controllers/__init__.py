@@ -1,0 +1,48 @@
+"""Controllers as linear digital filters: from orders and gains to `(b, a)`.
+
+Coefficients follow scipy.signal's convention, in powers of z^-1 with a[0] = 1, so
+whatever scipy.signal can design or analyse fits beside these.
+"""
+
+from controllers.errors import ControllerError
+from controllers.fractions import backward_fraction, tustin_fraction
+from controllers.operators import REALISATIONS, Realisation, operator
+from controllers.oustaloup import oustaloup
+from controllers.pid import (
+    Controller,
+    Gains,
+    fractional_pid,
+    integer_pid,
+    parallel,
+    textbook_pid,
+)
+from controllers.published import TABLE_2
+from controllers.response import ResponseError, frequency_response, response_error
+from controllers.series import Array, Filter, gruenwald_letnikov, impulse_response, tustin
+from controllers.tuned import TUNED
+
+__all__ = [
+    "REALISATIONS",
+    "TABLE_2",
+    "TUNED",
+    "Array",
+    "Controller",
+    "ControllerError",
+    "Filter",
+    "Gains",
+    "Realisation",
+    "ResponseError",
+    "backward_fraction",
+    "fractional_pid",
+    "frequency_response",
+    "gruenwald_letnikov",
+    "impulse_response",
+    "integer_pid",
+    "operator",
+    "oustaloup",
+    "parallel",
+    "response_error",
+    "textbook_pid",
+    "tustin",
+    "tustin_fraction",
+]

@@ -1,0 +1,258 @@
+"""The MuJoCo chain as a plant: an MJCF file read, checked and made ready for compiled loops.
+
+    >>> from flexsim.chain import load_chain
+    >>> chain = load_chain(path="models/chain6.xml")
+
+The file may be edited, as long as it stays the two-link arm: hinges `joint1`, `joint2` and a
+chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2`, all in a plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from flexsim.compiled import compiled
+from flexsim.errors import ModelError
+from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step
+
+Array = NDArray[np.float64]
+
+PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
+STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
+    mujoco.mjtIntegrator.mjINT_RK4: 2.8,
+    mujoco.mjtIntegrator.mjINT_EULER: 2.0,
+}
+
+
+class Chain(NamedTuple):
+    """A chain as compiled functions read it.
+
+    `model` and `data` are addresses, one mjData per thread; L_R, root (from joint 2 to the first
+    hinge) and lengths (of the N segments, the last to the tip) in metres.
+    """
+
+    model: int
+    data: NDArray[np.int64]
+    L_R: float
+    root: float
+    lengths: Array
+    step: float
+
+
+@dataclass(frozen=True, eq=False)
+class ChainModel:
+    """A compiled MJCF file with its geometry.
+
+    Attributes:
+        model: MuJoCo's compiled model; text: the MJCF it came from; source: its name, for messages.
+        L_R: distance between the joints [m]; clamp: from joint 2 to the beam's root [m];
+        root: from joint 2 to the first hinge [m]; lengths: (N,) of the segments [m].
+    """
+
+    model: mujoco.MjModel
+    text: str
+    source: str
+    L_R: float
+    clamp: float
+    root: float
+    lengths: Array
+
+    @property
+    def step(self) -> float:
+        """The physics step, the file's `timestep` [s]."""
+        return float(self.model.opt.timestep)
+
+    @property
+    def reach(self) -> float:
+        """Distance from joint 2 to the tip of the straight beam [m]."""
+        return self.root + float(self.lengths.sum())
+
+    @property
+    def hinges(self) -> Array:
+        """Distances (N,) from the clamp to the hinges [m]."""
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)[:-1]])
+        return self.root - self.clamp + starts
+
+
+def load_chain(
+    path: str | Path | None = None, text: str | None = None, motors: tuple[float | None, ...] = ()
+) -> ChainModel:
+    """Return the chain of an MJCF file, or of its text, checked.
+
+    Args:
+        path: MJCF file; text: MJCF instead of a file.
+        motors: inertias (I_m1, I_m2) that replace the file's armatures where not None [kg m2].
+
+    Raises:
+        ModelError: the file cannot be read, does not compile, is not the two-link arm, or its
+            step is beyond what its integrator can take.
+    """
+    source = str(path) if path is not None else "the MJCF text"
+    if path is not None:
+        try:
+            text = Path(path).read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "not text"
+            raise ModelError(f"{path}: cannot read the MJCF file: {reason}") from None
+    if text is None:
+        raise ModelError("no MJCF given; name a file or pass its text")
+    if not text.strip():
+        raise ModelError(f"{source}: the MJCF file is empty")
+    try:
+        # by path, so that an include is found beside the file
+        model = (
+            mujoco.MjModel.from_xml_path(str(path))
+            if path is not None
+            else mujoco.MjModel.from_xml_string(text)
+        )
+    except (ValueError, mujoco.FatalError) as error:
+        raise ModelError(f"{source}: not valid MJCF: {' '.join(str(error).split())}") from None
+    _require_arm(model, source)
+    for joint, inertia in zip(("joint1", "joint2"), motors, strict=False):
+        if inertia is not None:
+            model.dof_armature[model.joint(joint).dofadr] = inertia
+    L_R, clamp, root, lengths = _geometry(model, source)
+    _require_stable_step(model, source)
+    return ChainModel(model, text, source, L_R, clamp, root, lengths)
+
+
+def _require_arm(model: mujoco.MjModel, source: str) -> None:
+    """Raise a ModelError unless the model has the elements that the plant addresses by name."""
+    kinds = (
+        ("joint", mujoco.mjtObj.mjOBJ_JOINT, ("joint1", "joint2")),
+        ("site", mujoco.mjtObj.mjOBJ_SITE, ("hub", "tip")),
+        ("motor", mujoco.mjtObj.mjOBJ_ACTUATOR, ("motor1", "motor2")),
+    )
+    for kind, code, names in kinds:
+        for name in names:
+            if mujoco.mj_name2id(model, code, name) < 0:
+                raise ModelError(f"{source}: lacks the {kind} named {name!r}; name it so")
+    for i in range(model.njnt):
+        name = model.joint(i).name
+        if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_HINGE:
+            raise ModelError(
+                f"{source}: joint {name!r} is not a hinge; the planar arm has only hinges"
+            )
+        if model.jnt_stiffness[i] < 0:
+            raise ModelError(f"{source}: joint {name!r} has negative stiffness; give 0 or more")
+        if model.dof_damping[i] < 0:
+            raise ModelError(f"{source}: joint {name!r} has negative damping; give 0 or more")
+    order = [model.joint(i).name for i in range(2)]
+    if order != ["joint1", "joint2"] or model.nv < 3:
+        raise ModelError(
+            f"{source}: its joints are {[model.joint(i).name for i in range(model.njnt)]}; "
+            "the arm needs joint1, joint2, then one hinge or more along the beam"
+        )
+    if model.nu != 2 or [model.actuator(i).name for i in range(2)] != ["motor1", "motor2"]:
+        raise ModelError(f"{source}: needs exactly the actuators motor1 and motor2, in this order")
+    if model.na or model.neq or model.nflex or model.ntendon:
+        raise ModelError(
+            f"{source}: has activations, equalities, flexes or tendons; the arm is a plain chain"
+        )
+
+
+def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, Array]:
+    """Return L_R, clamp, root and segment lengths [m] from the straight pose of the file."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.0
+    mujoco.mj_kinematics(model, data)
+    anchors = np.vstack([data.xanchor, data.site("tip").xpos])  # (N+3, 3)
+    anchors = anchors - anchors[0]
+    axes = data.xaxis
+    off = np.abs(anchors[:, 1:]).max(), np.abs(data.xanchor[0]).max(), np.abs(axes[:, :2]).max()
+    if max(off) > PLANE_TOLERANCE:
+        raise ModelError(
+            f"{source}: at zero angles the arm must lie along x from the origin, hinges about z; "
+            "an anchor, a site or an axis is elsewhere"
+        )
+    x = anchors[:, 0]
+    lengths = np.diff(x)
+    if lengths[0] <= 0 or lengths[1] < 0 or (lengths[2:] <= 0).any():
+        raise ModelError(f"{source}: joints must follow each other along x; found them at {x} m")
+    piece = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
+    clamp = float(data.xpos[piece][0] - x[1]) if piece >= 0 else float(lengths[1])
+    return float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
+
+
+def mass_matrix(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Return the joint-space inertia (nv, nv) at a configuration (nq,) [kg m2]."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    return full
+
+
+def stiffness_matrix(model: mujoco.MjModel) -> Array:
+    """Return the diagonal matrix (nv, nv) of the joints' linear stiffnesses [N m/rad]."""
+    return np.diag(model.jnt_stiffness)
+
+
+def highest_frequency(model: mujoco.MjModel) -> float:
+    """Return the highest natural frequency of the free chain [rad/s], over poses of joint 2.
+
+    It bounds the step of an explicit integrator.
+    """
+    K = stiffness_matrix(model)
+    highest = 0.0
+    for theta2 in np.linspace(0.0, np.pi, 5):
+        qpos = np.zeros(model.nq)
+        qpos[1] = theta2
+        squared = eigh(K, mass_matrix(model, qpos), eigvals_only=True)
+        highest = max(highest, float(np.sqrt(squared.max())))
+    return highest
+
+
+def _require_stable_step(model: mujoco.MjModel, source: str) -> None:
+    limit = STEP_LIMITS.get(mujoco.mjtIntegrator(model.opt.integrator))
+    omega = highest_frequency(model)
+    step = float(model.opt.timestep)
+    if limit is not None and omega * step >= limit:
+        name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
+        raise ModelError(
+            f"{source}: timestep {step:g} s is too long for {name} with a highest frequency of "
+            f"{omega:.0f} rad/s; use less than {limit / omega:.3g} s"
+        )
+
+
+class Workspaces:
+    """One mjData per thread, kept alive as long as compiled code uses their addresses."""
+
+    def __init__(self, model: mujoco.MjModel, threads: int) -> None:
+        self.data = [mujoco.MjData(model) for _ in range(threads)]
+        self.addresses = np.array([data._address for data in self.data], dtype=np.int64)
+
+
+@compiled
+def chain_step(p: Chain, slot: int, state: Array, tau_1: float, tau_2: float, work: Array) -> None:
+    """Advance the state by one `mj_step`, torques held.
+
+    Args:
+        slot: which thread's mjData serves as workspace.
+        state: (2 (N+2),) qpos, then qvel; overwritten. work: (6, N+2) work space.
+    """
+    work[0, 0] = tau_1
+    work[0, 1] = tau_2
+    mj_setState(p.model, p.data[slot], state.ctypes.data, STATE)
+    mj_setState(p.model, p.data[slot], work.ctypes.data, CONTROL)
+    mj_step(p.model, p.data[slot])
+    mj_getState(p.model, p.data[slot], state.ctypes.data, STATE)
+
+
+@compiled
+def chain_tip(p: Chain, state: Array):  # type: ignore[no-untyped-def]
+    """Return the tip along and across the hub's x-axis, from joint 2 [m]."""
+    along, across, angle = p.root, 0.0, 0.0
+    for j in range(p.lengths.shape[0]):
+        angle += state[2 + j]
+        along += p.lengths[j] * np.cos(angle)
+        across += p.lengths[j] * np.sin(angle)
+    return along, across

@@ -1,0 +1,1 @@
+"""One module per question: frozen configuration, pure run, thin command."""

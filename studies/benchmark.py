@@ -1,0 +1,182 @@
+"""What does a simulated millisecond cost? Every loop timed in turn, in one run, side by side.
+
+    >>> run(BenchmarkConfig(rounds=2)).us_per_ms["chain_50"]
+
+Figures are the least over the rounds of microseconds per simulated millisecond and core. Times
+of a machine mean little; the ratios between rows of one run are what to quote.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from controllers import TUNED
+from flexsim.chain import Workspaces
+from flexsim.compiled import compiled
+from flexsim.errors import ParameterError
+from flexsim.native import mj_step, quiet_warnings
+from flexsim.parameters import Parameters
+from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.settings import setting
+from flexsim.simulate import evaluate, thread_count
+from flexsim.trajectories import reference, trajectory
+from studies.run_folder import to_json
+
+POPULATION = 50  # of the genetic algorithm, section 3.2
+SCALED_MODES = (1, 2, 3, 5)
+SCALED_SEGMENTS = (4, 6, 8, 10)
+SLOWER = 0.5e-3  # [s] step where RK4 cannot take 1 ms
+TASK = "circle"  # trajectory and controllers of the closed loops
+
+
+@dataclass(frozen=True)
+class BenchmarkConfig:
+    """Time the closed loops beside a bare mj_step loop and a Python one."""
+
+    rounds: int = 5
+    """How often each loop is timed, in turn; the least time counts."""
+    json: bool = False
+    """Print one JSON object instead of tables."""
+
+
+@dataclass(frozen=True)
+class BenchmarkResult:
+    """Microseconds per simulated millisecond and core, by loop, by plant size and by threads."""
+
+    us_per_ms: dict[str, float]
+    by_modes: dict[int, float]
+    by_segments: dict[int, float]
+    by_threads: dict[int, dict[str, float]]
+
+
+@compiled
+def _bare(model: int, data: int, steps: int) -> None:
+    for _ in range(steps):
+        mj_step(model, data)
+
+
+def closed_loop_run(plant: Plant, population: int, threads: int | None = 1) -> Callable[[], float]:
+    """Return a function that runs the closed loop and gives simulated milliseconds."""
+    ref = reference(trajectory(TASK), Parameters())
+    filters = [TUNED[TASK].filters(1e-3)] * population
+
+    def once() -> float:
+        outcome = evaluate(plant, setting("print"), ref, filters, threads=threads)
+        assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
+        return 1e3 * ref.time[-1] * population
+
+    return once
+
+
+def bare_run(chain: ChainPlant, in_python: bool) -> Callable[[], float]:
+    """Return a function that only steps the same MJCF, compiled or from Python."""
+    model = chain.chain.model
+    workspace = Workspaces(model, 1)
+    data = workspace.data[0]
+    steps = round((1 if in_python else 5) / chain.step)
+    model_address, data_address = model._address, int(workspace.addresses[0])
+
+    def once() -> float:
+        mujoco.mj_resetDataKeyframe(model, data, model.key("bent").id)
+        if in_python:
+            for _ in range(steps):
+                mujoco.mj_step(model, data)
+        else:
+            with quiet_warnings():
+                _bare(model_address, data_address, steps)
+        return 1e3 * chain.step * steps
+
+    return once
+
+
+def least_cost(loops: dict[str, Callable[[], float]], rounds: int) -> dict[str, float]:
+    """Return each loop's least wall time [us] per simulated ms, the loops taking turns."""
+    for loop in loops.values():
+        loop()  # compiles
+    best = dict.fromkeys(loops, float("inf"))
+    for _ in range(rounds):
+        for name, loop in loops.items():
+            start = time.perf_counter()
+            simulated = loop()
+            best[name] = min(best[name], 1e6 * (time.perf_counter() - start) / simulated)
+    return best
+
+
+def run(config: BenchmarkConfig) -> BenchmarkResult:
+    """Return the costs.
+
+    Raises:
+        ParameterError: fewer than one round.
+    """
+    if config.rounds < 1:
+        raise ParameterError(f"rounds is {config.rounds}; give 1 or more")
+    p = Parameters()
+    modes, chain = AssumedModesPlant(p), ChainPlant.designed(p)
+    loops = {
+        "assumed_modes_1": closed_loop_run(modes, 1),
+        "assumed_modes_50": closed_loop_run(modes, POPULATION),
+        "chain_1": closed_loop_run(chain, 1),
+        "chain_50": closed_loop_run(chain, POPULATION),
+        "bare_mj_step": bare_run(chain, in_python=False),
+        "python_loop": bare_run(chain, in_python=True),
+    }
+    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10) for n in SCALED_MODES}
+    for n in SCALED_SEGMENTS:
+        step = 1e-3 if n <= 6 else SLOWER
+        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n, step), 1)
+    threads = range(1, thread_count() + 1)
+    threaded = {}
+    for count in threads:
+        threaded[f"assumed_modes {count}"] = closed_loop_run(modes, POPULATION, count)
+        threaded[f"chain {count}"] = closed_loop_run(chain, POPULATION, count)
+    costs = least_cost(loops, config.rounds)
+    by_size = least_cost(sized, config.rounds)
+    by_thread = least_cost(threaded, config.rounds)
+    return BenchmarkResult(
+        us_per_ms=costs,
+        by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES},
+        by_segments={n: by_size[f"N{n}"] for n in SCALED_SEGMENTS},
+        by_threads={
+            count: {
+                plant: by_thread[f"{plant} {count}"] * count for plant in ("assumed_modes", "chain")
+            }
+            for count in threads
+        },
+    )
+
+
+def _cost_table(result: BenchmarkResult) -> Table:
+    table = Table(title="Cost of a simulated millisecond, per core", title_justify="left")
+    table.add_column("loop")
+    table.add_column("us", justify="right")
+    table.add_column("of bare mj_step", justify="right")
+    bare = result.us_per_ms["bare_mj_step"]
+    for name, cost in result.us_per_ms.items():
+        table.add_row(name, f"{cost:.3f}", f"{cost / bare:.3f}")
+    return table
+
+
+def command(config: BenchmarkConfig) -> None:
+    """Print the costs."""
+    result = run(config)
+    if config.json:
+        print(to_json(vars(result)))
+        return
+    console = Console(highlight=False)
+    console.print(_cost_table(result))
+    modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())
+    console.print(f"Assumed modes, us by number of modes: {modes}")
+    chains = ", ".join(f"N = {n}: {cost:.1f}" for n, cost in result.by_segments.items())
+    console.print(f"Chain, us by segments (steps of 0.5 ms above N = 6): {chains}")
+    for count, costs in result.by_threads.items():
+        console.print(
+            f"{count} thread(s), {POPULATION} controllers, us per core: assumed modes "
+            f"{costs['assumed_modes']:.2f}, chain {costs['chain']:.1f}"
+        )

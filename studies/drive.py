@@ -1,0 +1,170 @@
+"""Replay a measured torque: drive one plant open loop from rest, read and write CSV files."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsim.chain import load_chain
+from flexsim.errors import ParameterError, RunError
+from flexsim.motion import Motion
+from flexsim.parameters import Parameters
+from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.settings import setting
+from flexsim.simulate import drive
+from studies.run_folder import to_json
+
+Array = NDArray[np.float64]
+
+PLANTS = ("assumed-modes", "chain")
+ROW_PERIOD = 1e-3  # [s]
+ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
+TORQUE_HEADER = ["t", "tau1", "tau2"]
+MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
+
+
+@dataclass(frozen=True)
+class DriveConfig:
+    """Drive a plant open loop from rest with a recorded torque."""
+
+    torque: Path
+    """CSV file with columns t,tau1,tau2 [s, N m]: rows of 1 ms, each torque held to the next."""
+    out: Path
+    """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k."""
+    plant: str = "chain"
+    """assumed-modes or chain."""
+    mjcf: Path | None = None
+    """MJCF file of the chain, instead of the default chain of 6 segments."""
+    setting: str = "none"
+    """Friction, limits and motors: none, print, joint or reconstructed."""
+    theta1: float = 0.0
+    """Joint angle at rest at the start [rad]."""
+    theta2: float = 0.0
+    """Joint angle at rest at the start [rad]."""
+    force: bool = False
+    """Overwrite the file named by --out."""
+    json: bool = False
+    """Print one JSON object about the motion instead of a line."""
+
+
+def make_plant(name: str, setting_name: str, mjcf: Path | None = None) -> Plant:
+    """Return a plant under a setting's motors.
+
+    Raises:
+        ParameterError: an unknown plant, or an MJCF for a plant that does not read one.
+    """
+    chosen = setting(setting_name)
+    parameters = chosen.applied(Parameters())
+    if name not in PLANTS:
+        raise ParameterError(f"plant {name!r} is unknown; choose one of {', '.join(PLANTS)}")
+    if name == "assumed-modes":
+        if mjcf is not None:
+            raise ParameterError("--mjcf is of the chain only; add --plant chain or leave it out")
+        return AssumedModesPlant(parameters)
+    if mjcf is None:
+        return ChainPlant.designed(parameters)
+    return ChainPlant(parameters, load_chain(mjcf, motors=(chosen.I_m1, chosen.I_m2)))
+
+
+def read_torque(path: Path) -> Array:
+    """Return the torques (K, 2) of a CSV file [N m].
+
+    Raises:
+        RunError: the file cannot be read.
+        ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
+    """
+    try:
+        with path.open(newline="") as file:
+            lines = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "not a CSV file"
+        raise RunError(f"{path}: cannot read the torque file: {reason}") from None
+    header = [name.strip() for name in lines[0]] if lines else []
+    if header != TORQUE_HEADER:
+        raise ParameterError(
+            f"{path}: the first line is {','.join(header)!r}, "
+            f"it must be {','.join(TORQUE_HEADER)!r}"
+        )
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            values = [float(cell) for cell in line]
+        except ValueError:
+            values = []
+        if len(values) != 3 or not all(math.isfinite(value) for value in values):
+            raise ParameterError(
+                f"{path}, line {number}: {','.join(line)!r} is not three finite numbers t,tau1,tau2"
+            )
+        expected = len(rows) * ROW_PERIOD
+        if abs(values[0] - expected) > ROW_TOLERANCE:
+            raise ParameterError(
+                f"{path}, line {number}: t = {values[0]:g} s where {expected:g} s is due; "
+                "give rows every 1 ms from 0"
+            )
+        rows.append(values[1:])
+    if not rows:
+        raise ParameterError(f"{path}: has no rows of torque; give at least one after the header")
+    return np.array(rows)
+
+
+def run(config: DriveConfig) -> Motion:
+    """Return the motion under the file's torques, one row more than the file has."""
+    plant = make_plant(config.plant, config.setting, config.mjcf)
+    theta = (config.theta1, config.theta2)
+    if not all(math.isfinite(angle) for angle in theta):
+        raise ParameterError(f"start angles are {theta} rad; give finite numbers")
+    torque = read_torque(config.torque)
+    return drive(plant, setting(config.setting), torque, ROW_PERIOD, theta)
+
+
+def write_motion(path: Path, motion: Motion) -> None:
+    """Write a motion as CSV, all of it or nothing; numbers read back to the same doubles.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    table = np.column_stack([motion.time, motion.tip, motion.joint, motion.v])
+    partial = None
+    try:
+        handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+        with os.fdopen(handle, "w", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(MOTION_HEADER)
+            for row in table.tolist():
+                writer.writerow([f"{row[0]:.9g}", *map(repr, row[1:])])
+        os.chmod(partial, 0o644)
+        os.replace(partial, path)
+    except OSError as error:
+        if partial is not None:
+            Path(partial).unlink(missing_ok=True)
+        raise RunError(f"{path}: cannot write the motion: {error.strerror}") from None
+
+
+def command(config: DriveConfig) -> None:
+    """Drive the plant and write the motion."""
+    if config.out.exists() and not config.force:
+        raise RunError(f"{config.out} exists already; name another file, or add --force")
+    motion = run(config)
+    write_motion(config.out, motion)
+    summary = {
+        "plant": motion.plant,
+        "rows": len(motion.time),
+        "end_tip": motion.tip[-1],
+        "max_v": float(np.abs(motion.v).max()),
+        "out": str(config.out),
+    }
+    if config.json:
+        print(to_json(summary))
+    else:
+        x, y = motion.tip[-1]
+        print(
+            f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "
+            f"({x:.6f}, {y:.6f}) m, largest |v| {1e3 * summary['max_v']:.3f} mm"
+        )

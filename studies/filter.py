@@ -1,0 +1,156 @@
+"""What does one fractional operator look like as a digital filter, and how good is it?
+
+result = run(FilterConfig(order=-0.5, realisation="tustin-fraction", terms=5))
+result.b, result.a, result.magnitude_error_db
+"""
+
+import json
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from controllers import Array, frequency_response, operator, response_error
+from controllers.errors import ControllerError, check_finite
+
+FREQUENCIES = 12
+"""Number of frequencies shown."""
+LOWEST_HZ = 0.1
+"""First of them, unless the Nyquist frequency is below 100 Hz: then 1/1000 of that."""
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """The operator gain * D^order and the way to realise it."""
+
+    order: float
+    """Order nu of the operator, any real number; negative integrates."""
+    gain: float = 1.0
+    """Gain in front of the operator."""
+    realisation: str = "tustin"
+    """tustin, gruenwald-letnikov, impulse-response, tustin-fraction, backward-fraction
+    or oustaloup."""
+    terms: int = 10
+    """Length: the p of (2) for the first three, the number of poles for the others."""
+    period: float = 1e-3
+    """Sampling period [s]."""
+    json: bool = False
+    """Print one JSON object instead of tables."""
+
+
+@dataclass(frozen=True)
+class FilterResult:
+    """The filter, and its error against gain (j omega)^order."""
+
+    config: FilterConfig
+    b: Array
+    """(m,) numerator in powers of z^-1."""
+    a: Array
+    """(n,) denominator in powers of z^-1, a[0] = 1."""
+    omega: Array
+    """(12,) angular frequencies, the last one Nyquist's [rad/s]."""
+    magnitude_db: Array
+    """(12,) magnitude of the response [dB]."""
+    magnitude_error_db: Array
+    """(12,) its error [dB]."""
+    phase_error_deg: Array
+    """(12,) error of the phase [deg]."""
+
+
+def run(config: FilterConfig) -> FilterResult:
+    """Return the filter's coefficients and its error from 0.1 Hz to Nyquist.
+
+    Raises:
+        ControllerError: an option is out of range.
+    """
+    if check_finite("gain", config.gain) == 0.0:
+        raise ControllerError("gain must not be zero, got 0; give any other number")
+    b, a = operator(config.realisation, config.order, config.period, config.terms)
+    with np.errstate(over="ignore"):
+        b = config.gain * b
+    if not np.isfinite(b).all():
+        raise ControllerError(
+            f"gain {config.gain:g} makes the filter overflow; choose a smaller one"
+        )
+    nyquist_hz = 0.5 / config.period
+    lowest_hz = min(LOWEST_HZ, 1e-3 * nyquist_hz)
+    omega = 2.0 * math.pi * np.geomspace(lowest_hz, nyquist_hz, FREQUENCIES)  # (12,)
+    error = response_error(b, a, config.order, config.gain, omega, config.period)
+    with np.errstate(divide="ignore"):
+        magnitude_db = 20.0 * np.log10(np.abs(frequency_response(b, a, omega, config.period)))
+    return FilterResult(config, b, a, omega, magnitude_db, error.magnitude_db, error.phase_deg)
+
+
+def command(config: FilterConfig) -> None:
+    """Print the filter of `config` as tables, or as one JSON object.
+
+    Raises:
+        ControllerError: an option is out of range.
+    """
+    result = run(config)
+    if config.json:
+        print(json.dumps(as_dict(result), allow_nan=False))
+    else:
+        heading = (
+            f"{config.gain:g} D^{config.order:g}, {config.realisation}, "
+            f"{config.terms} terms, T = {config.period:g} s"
+        )
+        against = f"Response, and its error against {config.gain:g} (j omega)^{config.order:g}"
+        Console().print(Group(heading, _coefficients(result), against, _errors(result)))
+
+
+def as_dict(result: FilterResult) -> dict[str, object]:
+    """Return the result as JSON knows it; None where a number is not finite."""
+    config = result.config
+    return {
+        "order": config.order,
+        "gain": config.gain,
+        "realisation": config.realisation,
+        "terms": config.terms,
+        "period": config.period,
+        "b": _listed(result.b),
+        "a": _listed(result.a),
+        "omega": _listed(result.omega),
+        "magnitude_db": _listed(result.magnitude_db),
+        "magnitude_error_db": _listed(result.magnitude_error_db),
+        "phase_error_deg": _listed(result.phase_error_deg),
+    }
+
+
+def _listed(values: Array) -> list[float | None]:
+    return [float(x) if math.isfinite(x) else None for x in values]
+
+
+def _coefficients(result: FilterResult) -> Table:
+    table = Table()
+    for heading in ("delay", "b", "a"):
+        table.add_column(Text(heading), justify="right")
+    for i in range(max(result.b.size, result.a.size)):
+        b, a = (f"{c[i]:.10g}" if i < c.size else "" for c in (result.b, result.a))
+        table.add_row(f"z^-{i}", b, a)
+    return table
+
+
+def _errors(result: FilterResult) -> Table:
+    table = Table()
+    for heading in (
+        "f [Hz]",
+        "omega [rad/s]",
+        "magnitude [dB]",
+        "error [dB]",
+        "phase error [deg]",
+    ):
+        table.add_column(Text(heading), justify="right")
+    columns = (result.omega, result.magnitude_db, result.magnitude_error_db, result.phase_error_deg)
+    for omega, magnitude, error, phase in zip(*columns, strict=True):
+        table.add_row(
+            f"{omega / (2.0 * math.pi):.4g}",
+            f"{omega:.4g}",
+            f"{magnitude:.3f}",
+            f"{error:+.3f}",
+            f"{phase:+.2f}",
+        )
+    return table

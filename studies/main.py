@@ -1,0 +1,81 @@
+"""The command `flexsim`: one study or tool per subcommand, errors as one line with status 2."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import sys
+
+import tyro
+
+from controllers.errors import ControllerError
+from flexsim.errors import FlexsimError
+
+COMMANDS = {  # name: (module, class of its configuration, what it does)
+    "compare": ("compare", "CompareConfig", "run the controllers on both plants: table, figures"),
+    "modes": ("modes", "ModesConfig", "frequencies and mode shapes: exact, assumed modes, chain"),
+    "crosscheck": ("crosscheck", "CrosscheckConfig", "hold the plants against each other"),
+    "drive": ("drive", "DriveConfig", "drive a plant open loop with a recorded torque"),
+    "chain": ("chain", "ChainConfig", "tune a chain of segments and write its MJCF"),
+    "filter": ("filter", "FilterConfig", "coefficients and response of a fractional operator"),
+    "benchmark": ("benchmark", "BenchmarkConfig", "cost of the loops, side by side"),
+    "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
+}
+INTERRUPTED = 130  # the shell's status for Ctrl-C
+
+
+def usage() -> str:
+    """Return the overview that `flexsim --help` prints."""
+    lines = ["usage: flexsim COMMAND [OPTIONS]   (flexsim COMMAND --help for its options)", ""]
+    lines += [f"  {name:<11} {text}" for name, (_, _, text) in COMMANDS.items()]
+    return "\n".join(lines)
+
+
+def one_line(message: str) -> str:
+    """Return a boxed, many-line message as one line, without the option's help text."""
+    text = re.split(r"Argument helptext|For full helptext", message)[0]
+    words = re.sub(r"[╭╮╰╯│─]+", " ", text).split()
+    return " ".join(words).replace(" Error parsing", ": error parsing", 1)
+
+
+def _complain(message: str) -> int:
+    print(f"flexsim: {message}", file=sys.stderr)
+    return 2
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; return 0, or 2 after one line on stderr."""
+    words = sys.argv[1:] if arguments is None else arguments
+    if not words or words[0] in ("-h", "--help"):
+        print(usage())
+        return 0
+    name, rest = words[0], words[1:]
+    if name not in COMMANDS:
+        return _complain(f"command {name!r} is unknown; choose one of {', '.join(COMMANDS)}")
+    module_name, class_name, _ = COMMANDS[name]
+    module = importlib.import_module(f"studies.{module_name}")
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            config = tyro.cli(getattr(module, class_name), args=rest, prog=f"flexsim {name}")
+    except SystemExit as stop:
+        if not stop.code:
+            return 0
+        return _complain(f"{name}: {one_line(complaint.getvalue())}; see flexsim {name} --help")
+    try:
+        module.command(config)
+    except (FlexsimError, ControllerError) as error:
+        return _complain(" ".join(str(error).split()))
+    except KeyboardInterrupt:
+        _complain("interrupted; nothing was kept")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
