@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from flexsim.assumed_modes import RK4_LIMIT
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step
@@ -26,7 +27,7 @@ Array = NDArray[np.float64]
 
 PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
 STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
-    mujoco.mjtIntegrator.mjINT_RK4: 2.8,
+    mujoco.mjtIntegrator.mjINT_RK4: RK4_LIMIT,
     mujoco.mjtIntegrator.mjINT_EULER: 2.0,
 }
 

@@ -33,6 +33,8 @@ from flexsim.printed import PrintedModes
 Array = NDArray[np.float64]
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
+LONGEST_STEP = 1e-3  # [s] the control period of the paper
+FREE_OVER_CLAMPED = 1.05 # bounds the highest frequency with free joints by that with locked ones
 MODES_SHOWN = 3  # modal coordinates that the chain's shape is projected on
 
 
@@ -136,10 +138,24 @@ class ChainPlant:
     name: str = "chain"
 
     @classmethod
-    def designed(cls, parameters: Parameters, segments: int = 6, step: float = 1e-3) -> ChainPlant:
-        """Return the tuned chain of a robot, as `flexsim chain` writes it."""
-        text = chain_mjcf(parameters, design_chain(parameters, segments), timestep=step)
-        return cls(parameters, load_chain(text=text))
+    def designed(
+        cls, parameters: Parameters, segments: int = 6, step: float | None = None
+    ) -> ChainPlant:
+        """Return the tuned chain of a robot, as `flexsim chain` writes it.
+
+        Args:
+            parameters: the robot; segments: N.
+            step: physics step [s]; None for 1 ms, halved until RK4 can take it.
+
+        Raises:
+            ParameterError, ModelError: segments or step out of range.
+        """
+        design = design_chain(parameters, segments)
+        if step is None:
+            step = LONGEST_STEP
+            while step * FREE_OVER_CLAMPED * design.frequency[-1] >= RK4_LIMIT:
+                step /= 2
+        return cls(parameters, load_chain(text=chain_mjcf(parameters, design, timestep=step)))
 
     @property
     def step(self) -> float:

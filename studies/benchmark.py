@@ -32,7 +32,6 @@ from studies.run_folder import to_json
 POPULATION = 50  # of the genetic algorithm, section 3.2
 SCALED_MODES = (1, 2, 3, 5)
 SCALED_SEGMENTS = (4, 6, 8, 10)
-SLOWER = 0.5e-3  # [s] step where RK4 cannot take 1 ms
 TASK = "circle"  # trajectory and controllers of the closed loops
 
 
@@ -129,8 +128,7 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     }
     sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10) for n in SCALED_MODES}
     for n in SCALED_SEGMENTS:
-        step = 1e-3 if n <= 6 else SLOWER
-        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n, step), 1)
+        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1)
     threads = range(1, thread_count() + 1)
     threaded = {}
     for count in threads:

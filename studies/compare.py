@@ -5,8 +5,9 @@
 
 Three trajectories and Figure 6's transfer, on both plants, for two sets of controllers: those
 tuned by us, under the friction of (47) as printed; and the paper's Table 2 under the setting
-`reconstructed`, a fit. The latter move in a chaotic limit cycle, so their figures are medians over
-small seeded perturbations of the gains, and the plants are compared by these only.
+`reconstructed`, a fit. The latter move in limit cycles that a change of a gain's fourth digit can
+alter, so their figures are medians over small seeded perturbations of the gains, and the plants
+are compared by these only.
 """
 
 from __future__ import annotations
@@ -311,8 +312,9 @@ def command(config: CompareConfig) -> None:
         out.print(table(mine, f"{title}: envelope half-width, errors, v"))
         out.print(f" {verdict(mine)}\n")
     out.print(
-        "Table 2's rows are medians over perturbed gains of a chaotic limit cycle, under a fit of\n"
-        f"what the paper leaves out. {config.out}: results.csv, figures/, run.rrd "
+        "Table 2 moves in limit cycles, under a fit of what the paper leaves out: its rows are medians"
+        "\nover perturbed gains, quartiles in results.csv.\n"
+        f"{config.out}: results.csv, figures/, run.rrd "
         f"(flexsim view {config.out})",
         soft_wrap=True,
     )
