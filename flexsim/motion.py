@@ -52,8 +52,15 @@ class Motion:
 
     def thinned(self, stride: int) -> Motion:
         """Return every stride-th sample, the first included."""
+        return self._rows(slice(None, None, stride))
+
+    def first(self, rows: int) -> Motion:
+        """Return the first samples."""
+        return self._rows(slice(rows))
+
+    def _rows(self, chosen: slice) -> Motion:
         columns: dict[str, Any] = {
-            name: value[::stride] if isinstance(value, np.ndarray) else value
+            name: value[chosen] if isinstance(value, np.ndarray) else value
             for name, value in vars(self).items()
         }
         return Motion(**columns)

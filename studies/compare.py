@@ -12,33 +12,31 @@ are compared by these only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from controllers import TABLE_2, TUNED, Controller, Gains
 from flexsim.errors import ParameterError
 from flexsim.metrics import measures
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
-from flexsim.recording import Case, write_recording
+from flexsim.recording import Case
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.settings import setting
 from flexsim.simulate import closed_loop
-from flexsim.trajectories import Trajectory, reference, trajectory
-from studies.figures import case_figure, paper_envelopes, summary_figure
-from studies.run_folder import run_folder, to_json, versions, write_config, write_rows
+from flexsim.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
+from studies.compare_report import Comparison, print_report, write_report
+from studies.figures import paper_envelopes
+from studies.run_folder import run_folder, to_json
 
 Array = NDArray[np.float64]
 
-PERIOD = 1e-3  # [s] control period of the paper
 RECORDED_EVERY = 5  # samples; 200 Hz shows the third mode
 PERTURBATION = 1e-4  # relative: the fourth digit of each gain
 FIGURE_OF = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}
@@ -63,10 +61,26 @@ class CompareConfig:
     """Perturbed runs behind each median of the reconstructed case."""
     seed: int = 1
     """Seed of the perturbations."""
+    setting: str = "print"
+    """Friction, limits and motors of our controllers: none, print, joint or reconstructed."""
+    period: float = 1e-3
+    """Control period [s], the paper's; a whole multiple of the physics steps."""
     segments: int = 6
     """Segments of the chain."""
     modes: int = 3
     """Assumed modes, n."""
+    step: float = 1e-3
+    """Physics step of the assumed modes [s]."""
+    chain_step: float | None = None
+    """Physics step of the chain [s]; 1 ms, halved until RK4 can take it, unless given."""
+    robot: Parameters = field(default_factory=Parameters)
+    """The robot, on both plants."""
+    line: Trajectory = TRAJECTORIES["line"]
+    """Our line; the reconstructed one is part of its fit."""
+    two_loop: Trajectory = TRAJECTORIES["two-loop"]
+    """Our two-loop."""
+    circle: Trajectory = TRAJECTORIES["circle"]
+    """Our circle."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False
@@ -85,38 +99,42 @@ class Task:
     median: bool
 
 
-@dataclass(frozen=True, eq=False)
-class CompareResult:
-    """Rows for the table and cases for figures and recording; MJCF texts by file name."""
-
-    rows: list[dict[str, Any]]
-    cases: list[Case]
-    mjcf: dict[str, str]
-
-
-def tasks() -> list[Task]:
-    """Return the eight cases: the tuned set under `print`, Table 2 under `reconstructed`."""
-    found = []
+def tasks(config: CompareConfig) -> list[Task]:
+    """Return the eight cases: our controllers, then Table 2 under `reconstructed`."""
+    ours, fitted = [], []
+    paths = {"line": config.line, "two-loop": config.two_loop, "circle": config.circle}
     for path, devised in CASES:
         suffix = path if path == devised else f"{path}_by_{devised}"
-        tuned, published = TUNED[devised], TABLE_2[FIGURE_OF[devised]]
-        found.append(
-            Task(trajectory(path), f"tuned {devised}", tuned, "print", f"tuned_{suffix}", False)
+        ours.append(
+            Task(
+                paths[path],
+                f"tuned {devised}",
+                TUNED[devised],
+                config.setting,
+                f"tuned_{suffix}",
+                False,
+            )
         )
-        fitted = trajectory(path, reconstructed=True)
-        found.append(
-            Task(fitted, f"Table 2 {devised}", published, "reconstructed", f"table2_{suffix}", True)
+        fitted.append(
+            Task(
+                trajectory(path, reconstructed=True),
+                f"Table 2 {devised}",
+                TABLE_2[FIGURE_OF[devised]],
+                "reconstructed",
+                f"table2_{suffix}",
+                True,
+            )
         )
-    return sorted(found, key=lambda task: task.median)
+    return ours + fitted
 
 
-def plants_of(setting_name: str, modes: int, segments: int) -> list[Plant]:
+def plants_of(config: CompareConfig, setting_name: str) -> tuple[AssumedModesPlant, ChainPlant]:
     """Return both plants with a setting's motors."""
-    parameters = setting(setting_name).applied(Parameters())
-    return [
-        AssumedModesPlant(parameters, modes=modes),
-        ChainPlant.designed(parameters, segments=segments),
-    ]
+    robot = setting(setting_name).applied(config.robot)
+    return (
+        AssumedModesPlant(robot, modes=config.modes, step=config.step),
+        ChainPlant.designed(robot, segments=config.segments, step=config.chain_step),
+    )
 
 
 def perturbed(controller: Controller, count: int, rng: np.random.Generator) -> list[Controller]:
@@ -136,15 +154,15 @@ def perturbed(controller: Controller, count: int, rng: np.random.Generator) -> l
 
 def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str, Any], Motion]:
     """Return the row of one case on one plant, and the unperturbed motion, thinned."""
-    ref = reference(task.trajectory, Parameters(), PERIOD)
+    ref = reference(task.trajectory, config.robot, config.period)
     chosen = setting(task.setting)
-    nominal = [task.controller.filters(PERIOD)]
+    nominal = [task.controller.filters(config.period)]
     motion = closed_loop(plant, chosen, ref, nominal, RECORDED_EVERY, threads=config.threads)[0]
     controllers = [task.controller]
     if task.median:
         rng = np.random.default_rng(config.seed)
         controllers = perturbed(task.controller, config.perturbations, rng)
-    filters = [controller.filters(PERIOD) for controller in controllers]
+    filters = [controller.filters(config.period) for controller in controllers]
     motions = closed_loop(plant, chosen, ref, filters, energy=False, threads=config.threads)
     figures = [measures(each, ref, task.trajectory.hold) for each in motions]
     row = {
@@ -182,7 +200,7 @@ def summary(figures: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def run(config: CompareConfig, progress: Progress | None = None) -> CompareResult:
+def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     """Return every case on both plants.
 
     Raises:
@@ -190,11 +208,10 @@ def run(config: CompareConfig, progress: Progress | None = None) -> CompareResul
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
-    todo = tasks()
+    todo = tasks(config)
     bar = progress.add_task("compare", total=2 * len(todo)) if progress else None
-    plants = {
-        name: plants_of(name, config.modes, config.segments) for name in ("print", "reconstructed")
-    }
+    names = dict.fromkeys(task.setting for task in todo)
+    plants = {name: plants_of(config, name) for name in names}
     rows: list[dict[str, Any]] = []
     cases = []
     for task in todo:
@@ -207,7 +224,6 @@ def run(config: CompareConfig, progress: Progress | None = None) -> CompareResul
                 progress.advance(bar)
         difference = tip_difference(*motions.values())
         rows[-1]["tip_difference"] = rows[-2]["tip_difference"] = difference
-        chain = next(plant for plant in plants[task.setting] if isinstance(plant, ChainPlant))
         cases.append(
             Case(
                 task.name,
@@ -215,16 +231,12 @@ def run(config: CompareConfig, progress: Progress | None = None) -> CompareResul
                 task.label,
                 task.setting,
                 motions,
-                chain.chain.model,
+                plants[task.setting][1].chain.model,
+                reference(task.trajectory, config.robot, config.period),
             )
         )
-    texts = {
-        f"chain_{name}.xml": plant.chain.text
-        for name, pair in plants.items()
-        for plant in pair
-        if isinstance(plant, ChainPlant)
-    }
-    return CompareResult(rows, cases, texts)
+    texts = {f"chain_{name}.xml": chain.chain.text for name, (_, chain) in plants.items()}
+    return Comparison(rows, cases, texts)
 
 
 def tip_difference(first: Motion, second: Motion) -> float | None:
@@ -236,85 +248,14 @@ def tip_difference(first: Motion, second: Motion) -> float | None:
     return float(np.sqrt(np.mean(distance**2)))
 
 
-def write(folder: Path, config: CompareConfig, result: CompareResult) -> None:
-    """Write configuration, MJCF, table, figures and recording into a folder."""
-    write_config(folder, config, cases=[case.name for case in result.cases])
-    for name, text in result.mjcf.items():
-        (folder / name).write_text(text)
-    write_rows(folder / "results.csv", result.rows)
-    (folder / "figures").mkdir()
-    for case in result.cases:
-        case_figure(case, folder / "figures" / f"{case.name}.png")
-    summary_figure(result.rows, folder / "figures" / "envelopes.png")
-    about = {name.replace("-", "_"): text for name, text in versions().items()}
-    about |= {"seed": str(config.seed), "control_period": f"{PERIOD} s"}
-    write_recording(folder / "run.rrd", result.cases, about, Parameters())
-
-
-def _mm(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.1f}"
-
-
-def table(rows: list[dict[str, Any]], title: str) -> Table:
-    """Return a table in the manner of Table 3, in mm; the paper's columns beside ours."""
-    grid = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
-    grid.add_column("trajectory", no_wrap=True)
-    for heading in ("envelope", "paper sim | lab", "rms error", "max |v|"):
-        grid.add_column(heading, justify="right", no_wrap=True)
-    for modes, chain in zip(rows[::2], rows[1::2], strict=True):
-        pairs = [
-            f"{_mm(modes[name])} | {_mm(chain[name])}"
-            for name in ("envelope", "rms_error", "max_v")
-        ]
-        paper = f"{_mm(modes['paper_simulation'])} | {_mm(modes['paper_laboratory'])}"
-        devised = modes["controllers"].rsplit(" ", 1)[1]
-        own = modes["trajectory"] == devised
-        name = modes["trajectory"] if own else f"{modes['trajectory']} by {devised}"
-        grid.add_row(name, pairs[0], paper, *pairs[1:])
-        for row in (modes, chain):
-            if row["diverged"]:
-                grid.add_row(f"  {100 * row['diverged_share']:.0f} % diverged, {row['plant']}")
-    return grid
-
-
-TITLES = {
-    "print": "Our controllers, friction as printed",
-    "reconstructed": "The paper's Table 2, reconstructed setting",
-}
-
-
-def verdict(rows: list[dict[str, Any]]) -> str:
-    """Return in words whether the controllers hold and the plants agree, for one setting's rows."""
-    held = sum(not row["diverged"] for row in rows)
-    ratios = [
-        chain["envelope"] / modes["envelope"]
-        for modes, chain in zip(rows[::2], rows[1::2], strict=True)
-        if chain["envelope"] and modes["envelope"]
-    ]
-    spread = f"{min(ratios):.2f} to {max(ratios):.2f}" if ratios else "an unknown number of"
-    return f"{held} of {len(rows)} hold; the chain's envelope is {spread} times the assumed modes'."
-
-
 def command(config: CompareConfig) -> None:
     """Run the study and write its folder."""
     console = Console(stderr=True)
     with run_folder(config.out, config.force) as folder:
         with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
             result = run(config, progress)
-            write(folder, config, result)
+            write_report(folder, config, result)
     if config.json:
         print(to_json({"rows": result.rows, "run": str(config.out)}))
-        return
-    out = Console(highlight=False)
-    out.print("In mm: assumed modes | chain\n")
-    for name, title in TITLES.items():
-        mine = [row for row in result.rows if row["setting"] == name]
-        out.print(table(mine, f"{title}: envelope half-width, errors, v"))
-        out.print(f" {verdict(mine)}\n")
-    out.print(
-        "Table 2 moves in limit cycles, under a fit of what the paper leaves out: its rows are medians"
-        "\nover perturbed gains, quartiles in results.csv.\n"
-        f"{config.out}: results.csv, figures/, run.rrd "
-        f"(flexsim view {config.out})",
-        soft_wrap=True,
-    )
+    else:
+        print_report(result, config.out)

@@ -115,13 +115,14 @@ def read_torque(path: Path) -> Array:
 
 
 def run(config: DriveConfig) -> Motion:
-    """Return the motion under the file's torques, one row more than the file has."""
+    """Return the motion under the file's torques, a row per row: the state as each torque sets in."""
     plant = make_plant(config.plant, config.setting, config.mjcf)
     theta = (config.theta1, config.theta2)
     if not all(math.isfinite(angle) for angle in theta):
         raise ParameterError(f"start angles are {theta} rad; give finite numbers")
     torque = read_torque(config.torque)
-    return drive(plant, setting(config.setting), torque, ROW_PERIOD, theta)
+    motion = drive(plant, setting(config.setting), torque, ROW_PERIOD, theta)
+    return motion.first(len(torque))
 
 
 def write_motion(path: Path, motion: Motion) -> None:

@@ -22,6 +22,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "chain": ("chain", "ChainConfig", "tune a chain of segments and write its MJCF"),
     "filter": ("filter", "FilterConfig", "coefficients and response of a fractional operator"),
     "benchmark": ("benchmark", "BenchmarkConfig", "cost of the loops, side by side"),
+    "stability": ("stability", "StabilityConfig", "poles, margins and maps of stable gains near rest"),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
 INTERRUPTED = 130  # the shell's status for Ctrl-C
@@ -35,10 +36,10 @@ def usage() -> str:
 
 
 def one_line(message: str) -> str:
-    """Return a boxed, many-line message as one line, without the option's help text."""
+    """Return a boxed, many-line message as one line, without its title and its help text."""
     text = re.split(r"Argument helptext|For full helptext", message)[0]
-    words = re.sub(r"[╭╮╰╯│─]+", " ", text).split()
-    return " ".join(words).replace(" Error parsing", ": error parsing", 1)
+    text = re.sub(r"╭.*╮", " ", text)
+    return " ".join(re.sub(r"[╰╯│─]+", " ", text).split())
 
 
 def _complain(message: str) -> int:
