@@ -1,15 +1,15 @@
 """flexsim: a flexible two-link arm, modelled twice, under fractional-order control.
 
-    >>> from controllers import TUNED
-    >>> from flexsim import (
-    ...     AssumedModesPlant, ChainPlant, Parameters, closed_loop, measures, reference, setting,
-    ...     trajectory,
-    ... )
-    >>> robot = Parameters()
-    >>> circle = reference(trajectory("circle"), robot)
-    >>> for plant in (AssumedModesPlant(robot), ChainPlant.designed(robot)):
-    ...     (motion,) = closed_loop(plant, setting("print"), circle, [TUNED["circle"].filters(1e-3)])
-    ...     print(plant.name, measures(motion, circle)["envelope"])
+>>> from controllers import TUNED
+>>> from flexsim import (
+...     AssumedModesPlant, ChainPlant, Parameters, closed_loop, measures, reference, setting,
+...     trajectory,
+... )
+>>> robot = Parameters()
+>>> circle = reference(trajectory("circle"), robot)
+>>> for plant in (AssumedModesPlant(robot), ChainPlant.designed(robot)):
+...     (motion,) = closed_loop(plant, setting("print"), circle, [TUNED["circle"].filters(1e-3)])
+...     print(plant.name, measures(motion, circle)["envelope"])
 """
 
 from flexsim.chain import load_chain

@@ -25,15 +25,19 @@ Array = NDArray[np.float64]
 MODES_MAX = 40  # quadrature of products of modes is checked to rounding up to here
 
 
-@lru_cache
 def beta_lengths(n: int) -> tuple[float, ...]:
     """Return beta_i L, the first n roots of cos(b) cosh(b) = -1 [-].
 
     Raises:
         ParameterError: n is not a whole number from 1 to MODES_MAX.
     """
-    if n != int(n) or not 1 <= n <= MODES_MAX:
+    if not isinstance(n, int | np.integer) or isinstance(n, bool) or not 1 <= n <= MODES_MAX:
         raise ParameterError(f"number of modes is {n!r}; give a whole number from 1 to {MODES_MAX}")
+    return _beta_lengths(int(n))
+
+
+@lru_cache
+def _beta_lengths(n: int) -> tuple[float, ...]:
     # cos b + 1/cosh b: the same roots, without overflow; one within 0.31 of each (i - 1/2) pi
     roots = []
     for i in range(1, n + 1):

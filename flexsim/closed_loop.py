@@ -28,6 +28,7 @@ PERIOD_TOLERANCE = 1e-9  # relative, on period/step being a whole number
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
 THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
 get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
+TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
 RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
 
 
@@ -167,6 +168,8 @@ def run_one(  # type: ignore[no-untyped-def]
             return np.inf, k * loop.period
         for _ in range(loop.substeps):
             tau_1, tau_2 = joint_torques(friction, u1, u2, state[m], state[m + 1])
+            if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
+                return np.inf, k * loop.period
             physics_step(plant, slot, state, tau_1, tau_2, work)
     return index, np.nan
 
@@ -192,24 +195,34 @@ def _run_all(  # type: ignore[no-untyped-def]
         )
 
 
+def _usable(coefficients: Any) -> bool:
+    """Return whether these are one finite real number or more, in a row."""
+    row = np.asarray(coefficients)
+    return (
+        row.ndim == 1 and row.size > 0 and row.dtype.kind in "iuf" and bool(np.isfinite(row).all())
+    )
+
+
 def stack_filters(controllers: list[Any]) -> tuple[Array, Array]:
     """Return filters ((b1, a1), (b2, a2)) of P controllers as b, a (P, 2, m+1), normalised.
 
     Raises:
-        ParameterError: a filter's a[0] is zero, or a coefficient is not finite.
+        ParameterError: no controllers, not two filters each, an a[0] of zero, or a coefficient that
+            is not a finite real number.
     """
-    order = max(len(part) for pair in controllers for ba in pair for part in ba)
+    if not controllers or any(len(pair) != 2 for pair in controllers):
+        raise ParameterError("give one controller or more, each as ((b1, a1), (b2, a2))")
+    order = max(np.size(part) for pair in controllers for ba in pair for part in ba)
     b, a = np.zeros((2, len(controllers), 2, order))
     for i, pair in enumerate(controllers):
         for j, (numerator, denominator) in enumerate(pair):
-            lead = denominator[0]
-            if lead == 0 or not (np.isfinite(numerator).all() and np.isfinite(denominator).all()):
+            if not (_usable(numerator) and _usable(denominator) and denominator[0] != 0):
                 raise ParameterError(
                     f"filter {j + 1} of controller {i} is b = {numerator}, a = {denominator}; "
                     "give finite coefficients and a[0] other than 0"
                 )
-            b[i, j, : len(numerator)] = np.asarray(numerator) / lead
-            a[i, j, : len(denominator)] = np.asarray(denominator) / lead
+            b[i, j, : len(numerator)] = np.asarray(numerator) / denominator[0]
+            a[i, j, : len(denominator)] = np.asarray(denominator) / denominator[0]
     return b, a
 
 
@@ -233,6 +246,8 @@ def run_population(
         threads: number of threads; None for all that numba has.
     """
     b, a = controllers
+    if stride < 0:
+        raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
     rows = (len(loop.tip) + stride - 1) // stride if stride else 0
     outcome = Outcome(
         np.empty(len(b)),

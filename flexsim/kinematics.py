@@ -53,7 +53,9 @@ def joint_angles(parameters: Parameters, tip: ArrayLike, elbow_up: bool = True) 
         ParameterError: a point is out of reach, or at a singular pose (arm straight or folded);
             the message names the point.
     """
-    xy = np.asarray(tip, dtype=float)
+    xy = np.atleast_2d(np.asarray(tip, dtype=float))
+    if xy.ndim != 2 or xy.shape[1] != 2:
+        raise ParameterError(f"tip positions have shape {xy.shape}; give (K, 2) [m]")
     l1, l2 = parameters.L_R, parameters.reach
     squared = np.sum(xy * xy, axis=-1)
     cosine = (squared - l1 * l1 - l2 * l2) / (2 * l1 * l2)

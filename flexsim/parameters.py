@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Any
 
 from flexsim.errors import ParameterError
@@ -56,7 +57,8 @@ class Parameters:
         for item in fields(self):
             value = getattr(self, item.name)
             lowest = "0 or more" if item.name in may_be_zero else "more than 0"
-            good = isinstance(value, (int, float)) and math.isfinite(value)
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            good = number and math.isfinite(value)
             if not good or value < 0 or (value == 0 and item.name not in may_be_zero):
                 meaning, unit = item.metadata["meaning"], item.metadata["unit"]
                 raise ParameterError(

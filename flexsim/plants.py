@@ -57,7 +57,7 @@ def modes_tip(p: AssumedModes, state: Array):  # type: ignore[no-untyped-def]
 @compiled
 def printed_tip(p: PrintedModes, state: Array):  # type: ignore[no-untyped-def]
     """Return `modes_tip` of the printed equations' state."""
-    return modes_tip(p.base, state)
+    return modes_tip(p, state)
 
 
 _STEPS: dict[type, Callable[..., Any]] = {

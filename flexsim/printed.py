@@ -16,7 +16,8 @@ and (44), (45) without its rate | with it, the alpha-term absent |
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,14 +42,23 @@ MISPRINTS = {
 }
 
 
-class PrintedModes(NamedTuple):
-    """Coefficients of the printed equations: of `AssumedModes`, (10)-(13), and the switches."""
+if TYPE_CHECKING:
 
-    base: AssumedModes
-    gamma: Array  # gamma + gamma', (n, n)
-    alpha: Array  # alpha + alpha', (n, n)
-    misprints: int
-    step: float
+    class PrintedModes(AssumedModes):
+        """Coefficients of the printed equations.
+
+        Those of `AssumedModes`; gamma + gamma' and alpha + alpha', (n, n), of (10)-(13); the
+        switches.
+        """
+
+        gamma: Array
+        alpha: Array
+        misprints: int
+
+else:  # flat: compiled threads cannot take apart a tuple within a tuple
+    PrintedModes = namedtuple(
+        "PrintedModes", (*AssumedModes._fields, "gamma", "alpha", "misprints")
+    )
 
 
 def printed_modes(
@@ -56,37 +66,33 @@ def printed_modes(
 ) -> PrintedModes:
     """Return the coefficients of the printed equations with n modes and an RK4 step [s]."""
     integrals = modal_integrals(parameters, n)
-    return PrintedModes(
-        base=assumed_modes(parameters, n, step),
-        gamma=integrals.gamma + integrals.gamma_prime,
-        alpha=integrals.alpha + integrals.alpha_prime,
-        misprints=misprints,
-        step=step,
-    )
+    gamma = integrals.gamma + integrals.gamma_prime
+    alpha = integrals.alpha + integrals.alpha_prime
+    base = assumed_modes(parameters, n, step)
+    return PrintedModes._make((*base, gamma, alpha, misprints))
 
 
 @compiled
 def printed_mass(p: PrintedModes, q: Array) -> Array:
     """Return the mass matrix H(q) (n+2, n+2), (36)-(41), with r_1 = r_2 = 1."""
-    b = p.base
-    n = b.P.shape[0]
+    n = p.P.shape[0]
     eta = q[2:]
     s, c = np.sin(q[1]), np.cos(q[1])
-    M_e = b.M @ eta
+    M_e = p.M @ eta
     quadratic = np.dot(eta, M_e)
-    J2 = b.J + np.dot(b.mass * eta, eta) - np.dot(eta, b.N @ eta)
-    coupling = b.L_R * (c * b.first_moment - s * np.dot(b.P, eta))
+    J2 = p.J + np.dot(p.mass * eta, eta) - np.dot(eta, p.N @ eta)
+    coupling = p.L_R * (c * p.first_moment - s * np.dot(p.P, eta))
     sign = 1.0 if p.misprints & MASS_37 else -1.0
     H = np.zeros((n + 2, n + 2))
-    H[0, 0] = b.A + J2 + 2.0 * coupling - b.L_R * c * quadratic  # (36)
-    H[0, 1] = J2 + coupling + sign * b.L_R * c / 2.0 * quadratic  # (37)
-    H[1, 1] = b.I_m2 + J2  # (38)
+    H[0, 0] = p.A + J2 + 2.0 * coupling - p.L_R * c * quadratic  # (36)
+    H[0, 1] = J2 + coupling + sign * p.L_R * c / 2.0 * quadratic  # (37)
+    H[1, 1] = p.I_m2 + J2  # (38)
     for j in range(n):
-        H[0, 2 + j] = b.X[j] + b.L_R * c * b.P[j]  # (39)
+        H[0, 2 + j] = p.X[j] + p.L_R * c * p.P[j]  # (39)
         if not p.misprints & SHORTENING_39:
-            H[0, 2 + j] -= b.L_R * s * M_e[j]
-        H[1, 2 + j] = b.X[j]  # (40)
-        H[2 + j, 2 + j] = b.mass[j]  # (41)
+            H[0, 2 + j] -= p.L_R * s * M_e[j]
+        H[1, 2 + j] = p.X[j]  # (40)
+        H[2 + j, 2 + j] = p.mass[j]  # (41)
     for i in range(n + 2):
         for j in range(i):
             H[i, j] = H[j, i]
@@ -96,9 +102,8 @@ def printed_mass(p: PrintedModes, q: Array) -> Array:
 @compiled
 def printed_stiffness(p: PrintedModes, q: Array, w: Array) -> Array:
     """Return the modal block (n, n) of K(q, q'), (42) and (43)."""
-    b = p.base
-    n = b.P.shape[0]
-    Lc = b.L_R * np.cos(q[1])
+    n = p.P.shape[0]
+    Lc = p.L_R * np.cos(q[1])
     w1, w2 = w[0], w[1]
     half = 0.5 if p.misprints & SHORTENING_39 else 0.0  # alpha at theta1' theta2'
     K = np.zeros((n, n))
@@ -108,8 +113,8 @@ def printed_stiffness(p: PrintedModes, q: Array, w: Array) -> Array:
             gamma = p.gamma[i, i] if wrong else p.gamma[i, j]
             alpha = p.alpha[i, i] if wrong else p.alpha[i, j]
             if i == j:
-                gamma += b.mass[i]
-                K[i, i] += b.stiffness[i]
+                gamma += p.mass[i]
+                K[i, i] += p.stiffness[i]
             K[i, j] -= w1 * w1 * (gamma + Lc * alpha)
             K[i, j] -= w2 * w2 * gamma
             K[i, j] -= 2.0 * w1 * w2 * (gamma + half * Lc * alpha)
@@ -119,30 +124,29 @@ def printed_stiffness(p: PrintedModes, q: Array, w: Array) -> Array:
 @compiled
 def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     """Return C(q, q') (n+2,), (44)-(46), with r_1 = r_2 = 1."""
-    b = p.base
-    n = b.P.shape[0]
+    n = p.P.shape[0]
     eta, d = q[2:], w[2:]
     w1, w2 = w[0], w[1]
-    Ls, Lc = b.L_R * np.sin(q[1]), b.L_R * np.cos(q[1])
-    M_e = b.M @ eta
+    Ls, Lc = p.L_R * np.sin(q[1]), p.L_R * np.cos(q[1])
+    M_e = p.M @ eta
     e_M_e, e_M_d = np.dot(eta, M_e), np.dot(d, M_e)
-    spin = np.dot(b.mass * eta, d) - np.dot(d, b.N @ eta)
-    P_e, P_d = np.dot(b.P, eta), np.dot(b.P, d)
+    spin = np.dot(p.mass * eta, d) - np.dot(d, p.N @ eta)
+    P_e, P_d = np.dot(p.P, eta), np.dot(p.P, d)
     sign = 1.0 if p.misprints & MASS_37 else -1.0  # of the eta'M terms that follow from (37)
     rate = 0.0 if p.misprints & SHORTENING_39 else 1.0  # of those from the corrected (39)
     C = np.zeros(n + 2)
     C[0] = 2.0 * w1 * (spin - Ls * P_d - Lc * e_M_d)  # (44), a line each
     C[0] += 2.0 * w2 * (spin - Ls * P_d) + w2 * (sign - rate) * Lc * e_M_d
-    C[0] += w2 * w2 * (-Ls * b.first_moment - sign * Ls / 2.0 * e_M_e - Lc * P_e)
-    C[0] += 2.0 * w1 * w2 * (-Ls * b.first_moment + Ls / 2.0 * e_M_e - Lc * P_e)
-    C[0] -= rate * Ls * np.dot(d, b.M @ d)
+    C[0] += w2 * w2 * (-Ls * p.first_moment - sign * Ls / 2.0 * e_M_e - Lc * P_e)
+    C[0] += 2.0 * w1 * w2 * (-Ls * p.first_moment + Ls / 2.0 * e_M_e - Lc * P_e)
+    C[0] -= rate * Ls * np.dot(d, p.M @ d)
     C[1] = 2.0 * w1 * spin + w1 * (sign + rate) * Lc * e_M_d  # (45), a line each
-    C[1] += w1 * w1 * (Ls * b.first_moment + Lc * P_e - Ls / 2.0 * e_M_e)
+    C[1] += w1 * w1 * (Ls * p.first_moment + Lc * P_e - Ls / 2.0 * e_M_e)
     C[1] += 2.0 * w2 * spin
     if p.misprints & MASS_37:
         C[1] -= w1 * w2 * Ls * e_M_e
     power = w1 if p.misprints & SQUARE_46 else w1 * w1
-    C[2:] = power * Ls * b.P  # (46)
+    C[2:] = power * Ls * p.P  # (46)
     return C
 
 
@@ -155,11 +159,10 @@ def printed_acceleration(
     H and C are scaled by 1/r_1, 1/r_2 in the print, for motor angles; here, for joint angles,
     the same scaling multiplies the torques by r_1, r_2.
     """
-    b = p.base
     right = -printed_coriolis(p, q, w)
-    right[0] += b.r_1 * tau_1 - b.F_1 * w[0]
-    right[1] += b.r_2 * tau_2 - b.F_2 * w[1]
-    right[2:] -= printed_stiffness(p, q, w) @ q[2:] + b.damping * w[2:]
+    right[0] += p.r_1 * tau_1 - p.F_1 * w[0]
+    right[1] += p.r_2 * tau_2 - p.F_2 * w[1]
+    right[2:] -= printed_stiffness(p, q, w) @ q[2:] + p.damping * w[2:]
     a[:] = np.linalg.solve(printed_mass(p, q), right)
 
 

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
 LONGEST_STEP = 1e-3  # [s] the control period of the paper
-FREE_OVER_CLAMPED = 1.05 # bounds the highest frequency with free joints by that with locked ones
+FREE_OVER_CLAMPED = 1.05  # bounds the highest frequency with free joints by that with locked ones
 MODES_SHOWN = 3  # modal coordinates that the chain's shape is projected on
 
 

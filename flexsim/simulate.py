@@ -13,7 +13,14 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexsim.closed_loop import Loop, Outcome, run_population, stack_filters, whole_substeps
+from flexsim.closed_loop import (
+    TORQUE_MOST,
+    Loop,
+    Outcome,
+    run_population,
+    stack_filters,
+    whole_substeps,
+)
 from flexsim.compiled import compiled
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.friction import joint_torques
@@ -42,9 +49,15 @@ def loop_of(
         weights: of x, y and v in the index (5).
 
     Raises:
-        ParameterError: the control period is no whole multiple of the physics step.
+        ParameterError: the control period is no whole multiple of the physics step, or the weights
+            are not three finite numbers.
     """
+    if len(reference.time) < 2:
+        raise ParameterError("the reference has one sample only; use a shorter control period")
     period = float(reference.time[1] - reference.time[0])
+    importance = np.asarray(weights, dtype=float)
+    if importance.shape != (3,) or not (np.isfinite(importance).all() and (importance >= 0).all()):
+        raise ParameterError(f"index weights are {weights!r}; give three finite numbers, 0 or more")
     p = plant.parameters
     return Loop(
         period=period,
@@ -55,7 +68,7 @@ def loop_of(
         reach=p.reach,
         v_gain=float(v_gain),
         v_limit=V_LIMIT * p.L,
-        weights=np.asarray(weights, dtype=float),
+        weights=importance,
     )
 
 
@@ -100,6 +113,8 @@ def closed_loop(
 
     Args: as `evaluate`; energy: whether to compute it, which costs more than all else.
     """
+    if stride < 1:
+        raise ParameterError(f"stride is {stride}; give 1 or more")
     outcome = evaluate(plant, setting, reference, controllers, stride, **options)
     motions = []
     for i, time in enumerate(outcome.diverged):
@@ -136,6 +151,8 @@ def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no
                 tau_1, tau_2 = joint_torques(
                     friction, torque[k, 0], torque[k, 1], state[m], state[m + 1]
                 )
+                if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
+                    return k
                 physics_step(plant, 0, state, tau_1, tau_2, work)
     return torque.shape[0] + 1
 
@@ -159,20 +176,31 @@ def drive(
     Raises:
         ParameterError: the torque is not (K, 2) finite numbers, or the period no multiple of the
             step.
-        DivergenceError: the motion becomes non-finite.
+        DivergenceError: the motion becomes non-finite, or a torque exceeds TORQUE_MOST.
     """
-    tau = np.ascontiguousarray(torque, dtype=float)
+    try:
+        tau = np.ascontiguousarray(torque, dtype=float)
+        angles = np.asarray(theta, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError("torque and theta must be arrays of numbers") from None
+    if angles.shape != (2,) or not np.isfinite(angles).all():
+        raise ParameterError(f"theta is {theta!r}; give two finite angles [rad]")
     if tau.ndim != 2 or tau.shape[1] != 2 or not np.isfinite(tau).all():
         raise ParameterError(f"torque has shape {tau.shape}; give (K, 2) finite numbers [N m]")
     substeps = whole_substeps(period, plant.step)
-    start = plant.rest_state(theta) if state is None else np.array(state, dtype=float)
+    rest = plant.rest_state(angles)
+    start = rest if state is None else np.array(state, dtype=float)
+    if start.shape != rest.shape or not np.isfinite(start).all():
+        raise ParameterError(
+            f"state has shape {start.shape}; the {plant.name} plant needs {rest.shape}, all finite"
+        )
     states = np.empty((len(tau) + 1, len(start)))
     with plant.compiled(1) as coefficients:
         friction = setting.friction.compiled()
         rows = _drive(coefficients, friction, start, tau, substeps, states)
     if rows <= len(tau):
         raise DivergenceError(
-            f"the {plant.name} plant became non-finite at t = {rows * period:.4g} s; "
+            f"the {plant.name} plant ran away at t = {rows * period:.4g} s; "
             "use smaller torques or a shorter physics step"
         )
     unknown = np.full((len(states), 2), np.nan)

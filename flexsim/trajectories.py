@@ -66,6 +66,10 @@ class Trajectory:
             )
         if not (0 < self.half_width < math.inf and 0 < self.half_height < math.inf):
             raise ParameterError("half width and half height must be finite and more than 0 [m]")
+        for label in ("start", "end", "centre"):
+            point = getattr(self, label)
+            if len(point) != 2 or not all(math.isfinite(value) for value in point):
+                raise ParameterError(f"{label} is {point}; give two finite numbers [m]")
         if not self.name:
             object.__setattr__(self, "name", self.shape)
 

@@ -115,7 +115,7 @@ def read_torque(path: Path) -> Array:
 
 
 def run(config: DriveConfig) -> Motion:
-    """Return the motion under the file's torques, a row per row: the state as each torque sets in."""
+    """Return the motion under the file's torques, row k the state as torque k sets in."""
     plant = make_plant(config.plant, config.setting, config.mjcf)
     theta = (config.theta1, config.theta2)
     if not all(math.isfinite(angle) for angle in theta):

@@ -22,7 +22,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "chain": ("chain", "ChainConfig", "tune a chain of segments and write its MJCF"),
     "filter": ("filter", "FilterConfig", "coefficients and response of a fractional operator"),
     "benchmark": ("benchmark", "BenchmarkConfig", "cost of the loops, side by side"),
-    "stability": ("stability", "StabilityConfig", "poles, margins and maps of stable gains near rest"),
+    "stability": ("stability", "StabilityConfig", "poles, margins, maps of stable gains near rest"),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
 INTERRUPTED = 130  # the shell's status for Ctrl-C

@@ -152,7 +152,8 @@ def test_mass_matrix_is_that_of_the_kinetic_energy(n: int) -> None:
         q, w, _ = random_state(seed, n)
         H = mass_matrix(p, q)
         np.testing.assert_array_equal(H, H.T)
-        np.testing.assert_allclose(H @ w, lagrangian.momentum(q, w), rtol=ROUNDING, atol=1e-13)
+        expected = lagrangian.momentum(q, w)
+        np.testing.assert_allclose(H @ w, expected, atol=ROUNDING * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -164,7 +165,9 @@ def test_power_of_torque_and_friction_is_the_rate_of_energy(seed: int) -> None:
     a = accelerations(p, q, w, tau)
     moved = np.concatenate([q, w]) + 1j * COMPLEX_STEP * np.concatenate([w, a])
     rate = energy(p, moved[None])[0].imag / COMPLEX_STEP
-    power = tau @ (np.array([1.7, 0.6]) * w[:2]) - np.array([0.2 * 1.7**2, 0.3 * 0.6**2]) @ w[:2] ** 2
+    power = (
+        tau @ (np.array([1.7, 0.6]) * w[:2]) - np.array([0.2 * 1.7**2, 0.3 * 0.6**2]) @ w[:2] ** 2
+    )
     terms = np.abs(w * (mass_matrix(p, q) @ a)).sum() + np.abs(power)
     assert abs(rate - power) < BALANCE * terms
 
@@ -263,7 +266,7 @@ def test_a_stiffer_beam_tends_to_the_rigid_arm_with_first_order() -> None:
         def modal(force: np.ndarray, p: AssumedModes = p, scale: np.ndarray = scale) -> np.ndarray:
             return accelerations(p, np.concatenate([theta, force * scale]), w, tau)[2:]
 
-        force = fsolve(modal, np.zeros(3), xtol=1e-13)
+        force = fsolve(modal, np.zeros(3), xtol=1e-10)
         q = np.concatenate([theta, force * scale])
         rigid = rigid_accelerations(parameters, q, w, tau)
         errors.append(np.abs(accelerations(p, q, w, tau)[:2] / rigid - 1).max())
@@ -282,7 +285,9 @@ def test_free_frequencies_converge_with_fifth_order(theta2: float) -> None:
     )
     assert (np.diff(error, axis=0) < 0).all() and (error > 0).all()  # Rayleigh-Ritz
     order = -np.polyfit(np.log(counts), np.log(error), 1)[0]
-    assert order == pytest.approx([5.0] * 3, abs=0.3)  # effective number is n + 1/2 and r/L mixes n^-7
+    assert order == pytest.approx(
+        [5.0] * 3, abs=0.3
+    )  # effective number is n + 1/2 and r/L mixes n^-7
 
 
 @pytest.mark.parametrize("theta2", [0.0, 2.0])

@@ -16,7 +16,7 @@ COUNTS = (1, 3, 10, MODES_MAX)
 
 
 def integrate(n: int, derivative: int, start: float, end: float) -> np.ndarray:
-    node, weight = leggauss(400)  # three points per radian of the highest mode
+    node, weight = leggauss(120)  # a point per radian of the highest mode
     s = start + (node + 1) / 2 * (end - start)
     integral: np.ndarray = weight / 2 * (end - start) @ mode_shapes(n, s, derivative)
     return integral

@@ -26,7 +26,7 @@ from flexsim.simulate import drive
 PARAMETERS = Parameters()
 CONSERVATIVE = Parameters(F_1=0.0, F_2=0.0)
 ROUNDING = 1e-10  # relative to the largest acceleration; a dense solve against a 2x2 one
-VISIBLE = 1e-6  # relative change that a misprint makes at least; 1e4 times ROUNDING
+VISIBLE = 1e-4  # relative change that a misprint makes somewhere; 1e6 times ROUNDING
 DRIFT = 1e-10  # relative energy drift of the consistent form over 2 s; RK4 leaves 2.6e-11
 DRIFT_PRINTED = 5e-5  # of the printed form, same motion: 7.8e-5 measured
 DRIFT_BENT = 5e-3  # of the printed form from a bent beam: 1.1e-2 measured, RK4 leaves 2.6e-5
@@ -61,13 +61,17 @@ def test_without_misprints_it_is_the_consistent_model(n: int) -> None:
 @pytest.mark.parametrize("misprint", MISPRINTS)
 def test_each_misprint_alone_changes_the_acceleration(misprint: str, n: int) -> None:
     switch = MISPRINTS[misprint]
-    q, w = random_state(4, n)
-    corrected = printed(printed_modes(PARAMETERS, n, misprints=0), q, w)
-    changed = printed(printed_modes(PARAMETERS, n, misprints=switch), q, w)
+    corrected = printed_modes(PARAMETERS, n, misprints=0)
+    changed = printed_modes(PARAMETERS, n, misprints=switch)
+    largest = 0.0
+    for seed in range(5):
+        q, w = random_state(seed, n)
+        right, wrong = printed(corrected, q, w), printed(changed, q, w)
+        largest = max(largest, np.abs(wrong - right).max() / np.abs(right).max())
     if n == 1 and switch == INDICES_43:  # one mode has no off-diagonal
-        np.testing.assert_array_equal(changed, corrected)
+        assert largest == 0.0
     else:
-        assert np.abs(changed - corrected).max() > VISIBLE * np.abs(corrected).max()
+        assert largest > VISIBLE
 
 
 def test_as_printed_is_all_four_and_the_default() -> None:

@@ -1,0 +1,30 @@
+"""Fixtures of the whole suite, and one profile of hypothesis: same draws every run, no clock."""
+
+import pytest
+from hypothesis import settings
+
+from flexsim import Parameters
+from flexsim.robots import AssumedModesPlant, ChainPlant
+
+# numba compiles inside the first example, so a deadline per example would measure the compiler
+settings.register_profile(
+    "flexsim", deadline=None, derandomize=True, database=None, max_examples=50
+)
+settings.load_profile("flexsim")
+
+
+@pytest.fixture(scope="session")
+def chain_plant() -> ChainPlant:
+    return ChainPlant.designed(Parameters())
+
+
+@pytest.fixture(scope="session")
+def modes_plant() -> AssumedModesPlant:
+    return AssumedModesPlant(Parameters())
+
+
+@pytest.fixture(scope="session", params=["assumed-modes", "chain"])
+def plant(request: pytest.FixtureRequest) -> AssumedModesPlant | ChainPlant:
+    name = "modes_plant" if request.param == "assumed-modes" else "chain_plant"
+    chosen: AssumedModesPlant | ChainPlant = request.getfixturevalue(name)
+    return chosen
