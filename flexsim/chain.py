@@ -21,7 +21,7 @@ from scipy.linalg import eigh
 from flexsim.assumed_modes import RK4_LIMIT
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
-from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step
+from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
 
 Array = NDArray[np.float64]
 
@@ -108,14 +108,20 @@ def load_chain(
         raise ModelError(f"{source}: the MJCF file is empty")
     try:
         # by path, so that an include is found beside the file
-        model = (
-            mujoco.MjModel.from_xml_path(str(path))
-            if path is not None
-            else mujoco.MjModel.from_xml_string(text)
-        )
+        with quiet_warnings():
+            spec = (
+                mujoco.MjSpec.from_file(str(path))
+                if path is not None
+                else mujoco.MjSpec.from_string(text)
+            )
+            _require_masses(spec, source)
+            model = spec.compile()
+    except ModelError:
+        raise
     except (ValueError, mujoco.FatalError) as error:
         raise ModelError(f"{source}: not valid MJCF: {' '.join(str(error).split())}") from None
     _require_arm(model, source)
+    _require_physical(model, source)
     for joint, inertia in zip(("joint1", "joint2"), motors, strict=False):
         if inertia is not None:
             model.dof_armature[model.joint(joint).dofadr] = inertia
@@ -141,10 +147,6 @@ def _require_arm(model: mujoco.MjModel, source: str) -> None:
             raise ModelError(
                 f"{source}: joint {name!r} is not a hinge; the planar arm has only hinges"
             )
-        if model.jnt_stiffness[i] < 0:
-            raise ModelError(f"{source}: joint {name!r} has negative stiffness; give 0 or more")
-        if model.dof_damping[i] < 0:
-            raise ModelError(f"{source}: joint {name!r} has negative damping; give 0 or more")
     order = [model.joint(i).name for i in range(2)]
     if order != ["joint1", "joint2"] or model.nv < 3:
         raise ModelError(
@@ -157,6 +159,42 @@ def _require_arm(model: mujoco.MjModel, source: str) -> None:
         raise ModelError(
             f"{source}: has activations, equalities, flexes or tendons; the arm is a plain chain"
         )
+
+
+def _require_masses(spec: mujoco.MjSpec, source: str) -> None:
+    """Raise a ModelError for a negative mass or inertia, which MuJoCo would compile as zero."""
+    for body in spec.bodies:
+        if body.mass < 0 or min(body.inertia) < 0:
+            raise ModelError(
+                f"{source}: body {body.name!r} has mass {body.mass:g} and inertia "
+                f"{' '.join(f'{value:g}' for value in body.inertia)}; give 0 or more"
+            )
+
+
+def _require_physical(model: mujoco.MjModel, source: str) -> None:
+    """Raise a ModelError unless masses, inertias, springs and dampers are finite and not negative.
+
+    MuJoCo itself takes a nan with no more than a warning.
+    """
+    checked = (
+        ("joint", "stiffness", model.jnt_stiffness),
+        ("joint", "damping", model.dof_damping),
+        ("joint", "armature", model.dof_armature),
+        ("body", "mass", model.body_mass),
+        ("body", "inertia", model.body_inertia.min(axis=1)),
+    )
+    for kind, quantity, values in checked:
+        for i, value in enumerate(values):
+            if not 0 <= value < np.inf:
+                name = getattr(model, kind)(i).name
+                raise ModelError(
+                    f"{source}: {kind} {name!r} has {quantity} {value:g}; "
+                    "give a finite number, 0 or more"
+                )
+    if not 0 < model.opt.timestep < np.inf:
+        raise ModelError(f"{source}: timestep is {model.opt.timestep:g} s; give more than 0")
+    if not (np.isfinite(model.body_pos).all() and np.isfinite(model.body_ipos).all()):
+        raise ModelError(f"{source}: a position is not a finite number; check pos attributes")
 
 
 def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, Array]:
@@ -207,7 +245,12 @@ def highest_frequency(model: mujoco.MjModel) -> float:
     for theta2 in np.linspace(0.0, np.pi, 5):
         qpos = np.zeros(model.nq)
         qpos[1] = theta2
-        squared = eigh(K, mass_matrix(model, qpos), eigvals_only=True)
+        try:
+            squared = eigh(K, mass_matrix(model, qpos), eigvals_only=True)
+        except np.linalg.LinAlgError:
+            raise ModelError(
+                "the mass matrix is singular: a joint moves nothing; give its bodies inertia"
+            ) from None
         highest = max(highest, float(np.sqrt(squared.max())))
     return highest
 

@@ -26,7 +26,7 @@ from flexsim.parameters import Parameters
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.settings import setting
 from flexsim.simulate import evaluate, thread_count
-from flexsim.trajectories import reference, trajectory
+from flexsim.trajectories import Reference, reference, trajectory
 from studies.run_folder import to_json
 
 POPULATION = 50  # of the genetic algorithm, section 3.2
@@ -41,6 +41,8 @@ class BenchmarkConfig:
 
     rounds: int = 5
     """How often each loop is timed, in turn; the least time counts."""
+    seconds: float = 2.0
+    """Simulated time of each closed-loop run [s], up to 5."""
     json: bool = False
     """Print one JSON object instead of tables."""
 
@@ -61,9 +63,13 @@ def _bare(model: int, data: int, steps: int) -> None:
         mj_step(model, data)
 
 
-def closed_loop_run(plant: Plant, population: int, threads: int | None = 1) -> Callable[[], float]:
+def closed_loop_run(
+    plant: Plant, population: int, seconds: float, threads: int | None = 1
+) -> Callable[[], float]:
     """Return a function that runs the closed loop and gives simulated milliseconds."""
-    ref = reference(trajectory(TASK), Parameters())
+    whole = reference(trajectory(TASK), Parameters())
+    kept = whole.time <= seconds
+    ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
     filters = [TUNED[TASK].filters(1e-3)] * population
 
     def once() -> float:
@@ -112,28 +118,31 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     """Return the costs.
 
     Raises:
-        ParameterError: fewer than one round.
+        ParameterError: fewer than one round, or no simulated time.
     """
     if config.rounds < 1:
         raise ParameterError(f"rounds is {config.rounds}; give 1 or more")
+    if not 0.01 <= config.seconds <= 5:
+        raise ParameterError(f"seconds is {config.seconds}; give 0.01 to 5")
+    s = config.seconds
     p = Parameters()
     modes, chain = AssumedModesPlant(p), ChainPlant.designed(p)
     loops = {
-        "assumed_modes_1": closed_loop_run(modes, 1),
-        "assumed_modes_50": closed_loop_run(modes, POPULATION),
-        "chain_1": closed_loop_run(chain, 1),
-        "chain_50": closed_loop_run(chain, POPULATION),
+        "assumed_modes_1": closed_loop_run(modes, 1, s),
+        "assumed_modes_50": closed_loop_run(modes, POPULATION, s),
+        "chain_1": closed_loop_run(chain, 1, s),
+        "chain_50": closed_loop_run(chain, POPULATION, s),
         "bare_mj_step": bare_run(chain, in_python=False),
         "python_loop": bare_run(chain, in_python=True),
     }
-    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10) for n in SCALED_MODES}
+    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10, s) for n in SCALED_MODES}
     for n in SCALED_SEGMENTS:
-        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1)
+        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1, s)
     threads = range(1, thread_count() + 1)
     threaded = {}
     for count in threads:
-        threaded[f"assumed_modes {count}"] = closed_loop_run(modes, POPULATION, count)
-        threaded[f"chain {count}"] = closed_loop_run(chain, POPULATION, count)
+        threaded[f"assumed_modes {count}"] = closed_loop_run(modes, POPULATION, s, count)
+        threaded[f"chain {count}"] = closed_loop_run(chain, POPULATION, s, count)
     costs = least_cost(loops, config.rounds)
     by_size = least_cost(sized, config.rounds)
     by_thread = least_cost(threaded, config.rounds)

@@ -17,7 +17,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,7 @@ def run_folder(out: Path, force: bool) -> Iterator[Path]:
             raise RunError(f"{out} exists already; name another folder with --out, or add --force")
         if not (out / CONFIG).is_file():
             raise RunError(f"{out} is not a run of ours (no {CONFIG}); --force will not replace it")
+    made = [parent for parent in out.parents if not parent.exists()]  # nearest first
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
@@ -55,6 +56,10 @@ def run_folder(out: Path, force: bool) -> Iterator[Path]:
         temporary.rename(out)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+        if not out.exists():
+            for parent in made:
+                with suppress(OSError):  # somebody else's by now
+                    parent.rmdir()
 
 
 def versions() -> dict[str, str]:
