@@ -47,6 +47,7 @@ class AssumedModes(NamedTuple):
     P: Array
     X: Array
     mass: Array
+    inverse_mass: Array
     stiffness: Array
     damping: Array
     M: Array
@@ -78,6 +79,7 @@ def assumed_modes(parameters: Parameters, n: int = 3, step: float = 1e-3) -> Ass
         P=p.rho * integrals.Phi,
         X=p.rho * integrals.x_chi,
         mass=np.full(n, p.rho * p.L),  # (41)
+        inverse_mass=np.full(n, 1 / (p.rho * p.L)),
         stiffness=p.EI * p.L * integrals.beta**4,  # first term of (42)
         damping=np.zeros(n),  # (31)
         M=integrals.M,
@@ -134,7 +136,7 @@ def acceleration(
             - p.stiffness[j] * e
             - p.damping[j] * d
         )
-        inverse = 1.0 / p.mass[j]
+        inverse = p.inverse_mass[j]
         H1[j] = H1j
         a[2 + j] = generalised * inverse
         s11 += H1j * H1j * inverse
@@ -160,12 +162,13 @@ def acceleration(
     k12 = J2 + h - s12  # (37)
     k22 = p.I_m2 + J2 - s22  # (38)
     determinant = k11 * k22 - k12 * k12
-    a1 = (k22 * b1 - k12 * b2) / determinant
-    a2 = (k11 * b2 - k12 * b1) / determinant
+    scale = 1.0 / determinant
+    a1 = (k22 * b1 - k12 * b2) * scale
+    a2 = (k11 * b2 - k12 * b1) * scale
     a[0] = a1
     a[1] = a2
     for j in range(n):
-        a[2 + j] -= (H1[j] * a1 + p.X[j] * a2) / p.mass[j]
+        a[2 + j] -= (H1[j] * a1 + p.X[j] * a2) * p.inverse_mass[j]
 
 
 @compiled

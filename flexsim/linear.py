@@ -1,0 +1,170 @@
+"""The plants near rest: matrices of motion about a pose with the beam straight, joints free.
+
+    >>> from flexsim.linear import linearise, zero_order_hold
+    >>> linear = linearise(plant, theta2=1.2)
+    >>> Ad, Bd = zero_order_hold(linear, 1e-3)
+
+About rest the equations of either plant are M q'' + D q' + K q = S tau, and what is measured is
+theta1, theta2 and v. Nothing depends on theta1, since the arm moves in a horizontal plane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from flexsim import assumed_modes, chain
+from flexsim.closed_loop import whole_substeps
+from flexsim.errors import ParameterError
+from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+
+Array = NDArray[np.float64]
+
+THETA1, THETA2, V = 0, 1, 2  # rows of C
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPlant:
+    """A plant about rest at theta2, beam straight; q are deviations from that pose.
+
+    Attributes:
+        M, D, K: (m, m) mass, damping and stiffness [SI, mixed]. S: (m, 2) torques at the motors.
+        tip: (m,) v = tip . q. theta2: of the pose [rad].
+    """
+
+    M: Array
+    D: Array
+    K: Array
+    S: Array
+    tip: Array
+    theta2: float
+
+    @cached_property
+    def A(self) -> Array:
+        """System matrix (2m, 2m) of the state [q, q']."""
+        m = len(self.M)
+        accelerations = -np.linalg.solve(self.M, np.hstack([self.K, self.D]))  # (m, 2m)
+        return np.vstack([np.hstack([np.zeros((m, m)), np.eye(m)]), accelerations])
+
+    @cached_property
+    def B(self) -> Array:
+        """Input matrix (2m, 2), from the torques at the motors [N m]."""
+        return np.vstack([np.zeros_like(self.S), np.linalg.solve(self.M, self.S)])
+
+    @cached_property
+    def C(self) -> Array:
+        """Output matrix (3, 2m) to theta1, theta2 [rad] and v [m]."""
+        m = len(self.M)
+        C = np.zeros((3, 2 * m))
+        C[THETA1, 0] = C[THETA2, 1] = 1.0
+        C[V, :m] = self.tip
+        return C
+
+
+def linearise(
+    plant: Plant, theta2: float = math.pi / 2, joint_damping: ArrayLike = (0.0, 0.0)
+) -> LinearPlant:
+    """Return the linearisation of either plant about rest.
+
+    Args:
+        plant: assumed modes of either form, or the chain.
+        theta2: of the pose [rad].
+        joint_damping: (2,) viscous friction of the joints beside the plant's own [N m s/rad].
+
+    Raises:
+        ParameterError: theta2 or the damping is not a finite number.
+    """
+    extra = np.asarray(joint_damping, dtype=float)
+    if not math.isfinite(theta2):
+        raise ParameterError(f"theta2 is {theta2}; give a finite angle [rad]")
+    if extra.shape != (2,) or not np.isfinite(extra).all():
+        raise ParameterError(f"joint damping is {extra}; give two finite numbers")
+    M, D, K, S, tip = (
+        _of_modes(plant, theta2)
+        if isinstance(plant, AssumedModesPlant)
+        else (_of_chain(plant, theta2))
+    )
+    D[[0, 1], [0, 1]] += extra
+    return LinearPlant(M, D, K, S, tip, float(theta2))
+
+
+def _of_modes(plant: AssumedModesPlant, theta2: float) -> tuple[Array, Array, Array, Array, Array]:
+    """Return M, D, K, S and tip of the assumed modes."""
+    p, m = plant.coefficients, plant.modes + 2
+    pose = np.zeros(m)
+    pose[1] = theta2
+    D = np.diag(np.concatenate([[p.F_1, p.F_2], p.damping]))
+    if plant.form == "printed":  # (46) prints theta1' where its square belongs: it stays at rest
+        D[2:, 0] = p.L_R * np.sin(theta2) * p.P
+    K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
+    S = np.zeros((m, 2))
+    S[0, 0], S[1, 1] = p.r_1, p.r_2
+    return assumed_modes.mass_matrix(p, pose), D, K, S, np.concatenate([[0.0, 0.0], p.tip])
+
+
+def _of_chain(plant: ChainPlant, theta2: float) -> tuple[Array, Array, Array, Array, Array]:
+    """Return M, D, K, S and tip of the chain, all read from the compiled MJCF."""
+    model, lengths = plant.chain.model, plant.chain.lengths
+    pose = np.zeros(model.nq)
+    pose[1] = theta2
+    S = np.zeros((model.nv, 2))
+    for i in range(2):
+        S[i, i] = model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]
+    lever = np.cumsum(lengths[::-1])[::-1]  # from each hinge to the tip
+    return (
+        chain.mass_matrix(model, pose),
+        np.diag(model.dof_damping),
+        chain.stiffness_matrix(model),
+        S,
+        np.concatenate([[0.0, 0.0], lever]),
+    )
+
+
+def zero_order_hold(linear: LinearPlant, period: float) -> tuple[Array, Array]:
+    """Return (Ad, Bd), the exact motion over one period with the torques held.
+
+    Args:
+        linear: with n = 2m states. period: [s].
+
+    Returns:
+        (n, n) and (n, 2).
+
+    Raises:
+        ParameterError: the period is not a finite number over 0.
+    """
+    if not 0 < period < math.inf:
+        raise ParameterError(f"control period is {period} s; give more than 0")
+    return _split(expm(_augmented(linear) * period), len(linear.A))
+
+
+def runge_kutta_hold(linear: LinearPlant, period: float, step: float) -> tuple[Array, Array]:
+    """Return (Ad, Bd) as classical Runge-Kutta with this step moves the plant over one period.
+
+    What the simulation does, its damping of the fastest modes included: the exponential's series
+    to fourth order, `period/step` times.
+
+    Raises:
+        ParameterError: the period is no whole multiple of the step.
+    """
+    substeps = whole_substeps(period, step)
+    X = _augmented(linear) * step
+    one = np.eye(len(X))
+    stages = one + X @ (one + X / 2 @ (one + X / 3 @ (one + X / 4)))
+    return _split(np.linalg.matrix_power(stages, substeps), len(linear.A))
+
+
+def _augmented(linear: LinearPlant) -> Array:
+    """Return [[A, B], [0, 0]] (n+2, n+2), whose exponential holds Ad and Bd."""
+    n = len(linear.A)
+    X = np.zeros((n + 2, n + 2))
+    X[:n, :n], X[:n, n:] = linear.A, linear.B
+    return X
+
+
+def _split(step: Array, n: int) -> tuple[Array, Array]:
+    return step[:n, :n].copy(), step[:n, n:].copy()
