@@ -106,7 +106,7 @@ class ModesResult:
     source: str
     clamped_hz: dict[str, Array]
     joint_free_hz: dict[str, Array]
-    couplings: dict[str, Array]  # relative errors of the chain, by name
+    couplings: dict[str, dict[str, Array]]  # by name, then by model
     coupling_error_max: float
     static_compliance: dict[str, float]
     mac: Array
@@ -122,12 +122,12 @@ def run(config: ModesConfig) -> ModesResult:
     chain = load_chain(config.mjcf) if config.mjcf else ChainPlant.designed(p).chain
     found = chain_modes(chain, p)
     integrals = modal_integrals(p, COMPARED)
-    couplings = {
-        "Phi_i": found.Phi / integrals.Phi - 1,
-        "int (x-r) chi_i": found.moment / (integrals.x_chi - p.r * integrals.Phi) - 1,
-        "chi_i(tip)": found.tip / integrals.tip - 1,
-        "static compliance": np.array([found.compliance / p.static_compliance - 1]),
+    couplings = {  # exact, also the assumed modes' by construction; chain
+        "Phi_i (m)": (integrals.Phi, found.Phi),
+        "int (x-r) chi_i (m2)": (integrals.x_chi - p.r * integrals.Phi, found.moment),
+        "chi_i(tip)": (integrals.tip, found.tip),
     }
+    errors = [float(np.abs(chain / exact - 1).max()) for exact, chain in couplings.values()]
     omega = highest_frequency(chain.model)
     limit = STEP_LIMITS.get(chain.model.opt.integrator)
     coefficients = plant.coefficients
@@ -143,8 +143,11 @@ def run(config: ModesConfig) -> ModesResult:
             "assumed_modes": free_frequencies(coefficients) * HERTZ,
             "chain": found.joint_free * HERTZ,
         },
-        couplings=couplings,
-        coupling_error_max=max(float(np.abs(error).max()) for error in couplings.values()),
+        couplings={
+            name: {"exact": exact, "assumed_modes": exact, "chain": values}
+            for name, (exact, values) in couplings.items()
+        },
+        coupling_error_max=max(*errors, abs(found.compliance / p.static_compliance - 1)),
         static_compliance={
             "exact": p.static_compliance,
             "assumed_modes": float(np.sum(integrals.tip**2 / coefficients.stiffness)),
@@ -183,13 +186,16 @@ def _frequency_table(title: str, columns: dict[str, Array]) -> Table:
 
 
 def _coupling_table(result: ModesResult) -> Table:
-    table = Table(title="Chain against beam: relative errors of couplings", title_justify="left")
-    for heading in ("", "mode 1", "mode 2", "mode 3"):
+    table = Table(title="Couplings and tip values of the modes", title_justify="left")
+    table.add_column("")
+    for heading in ("mode 1", "mode 2", "mode 3"):
         table.add_column(heading, justify="right")
-    for name, errors in result.couplings.items():
-        cells = [f"{error:+.1e}" for error in errors]
-        table.add_row(name, *cells, *[""] * (COMPARED - len(cells)))
-    table.add_row("MAC", *[f"{value:.6f}" for value in result.mac])
+    for name, values in result.couplings.items():
+        table.add_row(f"{name}, beam and assumed modes", *[f"{x:+.7f}" for x in values["exact"]])
+        table.add_row("  chain", *[f"{x:+.7f}" for x in values["chain"]])
+        errors = values["chain"] / values["exact"] - 1
+        table.add_row("  difference", *[f"{x:+.1e}" for x in errors], end_section=True)
+    table.add_row("MAC, chain to beam", *[f"{value:.6f}" for value in result.mac])
     return table
 
 
