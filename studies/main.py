@@ -23,6 +23,10 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "filter": ("filter", "FilterConfig", "coefficients and response of a fractional operator"),
     "benchmark": ("benchmark", "BenchmarkConfig", "cost of the loops, side by side"),
     "stability": ("stability", "StabilityConfig", "poles, margins, maps of stable gains near rest"),
+    "misprints": ("misprints", "MisprintsConfig", "what each misprint of the paper costs"),
+    "reconstruct": ("reconstruct", "ReconstructConfig", "what it takes for Table 2 to be bounded"),
+    "realisations": ("realisations", "RealisationsConfig", "which fractional filter serves best"),
+    "tune": ("tune", "TuneConfig", "tune controllers: the paper's genetic algorithm, or a peer"),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
 INTERRUPTED = 130  # the shell's status for Ctrl-C
@@ -31,7 +35,7 @@ INTERRUPTED = 130  # the shell's status for Ctrl-C
 def usage() -> str:
     """Return the overview that `flexsim --help` prints."""
     lines = ["usage: flexsim COMMAND [OPTIONS]   (flexsim COMMAND --help for its options)", ""]
-    lines += [f"  {name:<11} {text}" for name, (_, _, text) in COMMANDS.items()]
+    lines += [f"  {name:<12} {text}" for name, (_, _, text) in COMMANDS.items()]
     return "\n".join(lines)
 
 

@@ -1,0 +1,214 @@
+"""A tuning run on disk: written a generation at a time, and read back to be continued.
+
+    >>> start(run, force=False, tuning=tuning, draws=draws, texts={})
+    >>> append(run, generation)
+    >>> record = read(run)    # after a crash; what it holds of a torn generation is left out
+
+`config.json` has what the run depends on, `generations.csv` one line per individual with numbers
+that read back bit for bit. A generation is appended by one write. An incomplete one at the end of
+the file, or a torn last line, is recognised and cut off when the run is continued.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import importlib.metadata
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexsim.errors import FlexsimError, RunError
+from studies.distributions import NAMES, Distribution, draw_of
+from studies.genetic import Generation
+from studies.run_folder import CONFIG, run_folder, versions, write_config
+from studies.structures import DERIVATIVE_PAIRS, SI_NAMES, in_si
+from studies.tuning import Tuning
+
+GENERATIONS = "generations.csv"
+COLUMNS = (
+    "generation",
+    "individual",
+    "origin",
+    *NAMES,
+    *SI_NAMES,
+    "index",
+    "diverged_at",
+)
+HEADER = (",".join(COLUMNS) + "\n").encode()
+UNITS = {
+    "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",
+    ", ".join(SI_NAMES): "N m s^nu/rad, as the filters have them, k / 1000^nu; k3, k6: the same",
+    "index": "m2 s, (5); inf where diverged",
+    "diverged_at": "s, empty where not",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What a run's folder holds.
+
+    Attributes:
+        tuning, draws: what the run depends on. generations: those that are complete.
+        size: length of generations.csv up to their end [bytes].
+    """
+
+    tuning: Tuning
+    draws: Distribution
+    generations: list[Generation]
+    size: int
+
+
+def _versions() -> dict[str, str]:
+    return versions() | {"cma": importlib.metadata.version("cma")}
+
+
+def start(
+    out: Path, force: bool, tuning: Tuning, draws: Distribution, texts: Mapping[str, str]
+) -> None:
+    """Make the folder of a new run, before its first generation.
+
+    Args:
+        out: where. force: replace a run that is there. tuning, draws: what it depends on.
+        texts: files to keep beside, such as the MJCF, by name.
+
+    Raises:
+        RunError: as `run_folder`.
+    """
+    with run_folder(out, force) as folder:
+        write_config(folder, tuning, distribution=draws.table(), units=UNITS, versions=_versions())
+        for name, text in texts.items():
+            (folder / name).write_text(text)
+        (folder / GENERATIONS).write_bytes(HEADER)
+
+
+def rows(generation: Generation) -> list[list[str]]:
+    """Return a generation as fields of text, which read back to the same bits."""
+    si = in_si(generation.population)[:, [k for k, _ in DERIVATIVE_PAIRS]]
+    lines = []
+    for i, origin in enumerate(generation.origins):
+        when = float(generation.diverged[i])
+        numbers = [*generation.population[i], *si[i], generation.indices[i]]
+        texts = [repr(float(x)) for x in numbers]
+        ended = "" if np.isnan(when) else repr(when)
+        lines.append([str(generation.number), str(i), origin, *texts, ended])
+    return lines
+
+
+def append(folder: Path, generation: Generation) -> None:
+    """Add a generation by one write, so that a killed run loses this one at most.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    block = "".join(",".join(row) + "\n" for row in rows(generation)).encode()
+    try:
+        with (folder / GENERATIONS).open("ab", buffering=0) as file:
+            written = file.write(block)
+    except OSError as error:
+        raise RunError(f"{folder / GENERATIONS}: cannot write: {error.strerror}") from None
+    if written != len(block):
+        raise RunError(f"{folder / GENERATIONS}: the disk is full")
+
+
+def cut(folder: Path, size: int) -> None:
+    """Drop what a killed run left of an incomplete generation.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    try:
+        os.truncate(folder / GENERATIONS, size)
+    except OSError as error:
+        raise RunError(f"{folder / GENERATIONS}: cannot write: {error.strerror}") from None
+
+
+def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
+    """Return what a run depends on, from its config.json."""
+    try:
+        content = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+        before, names = content["versions"], {item.name for item in dataclasses.fields(Tuning)}
+        values, table = content["configuration"], content["distribution"]
+    except OSError as error:
+        raise RunError(f"{folder} is not a run: cannot read {CONFIG}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        raise RunError(f"{folder / CONFIG} is damaged or not of flexsim tune") from None
+    for package, now in _versions().items():
+        if package != "platform" and before.get(package) != now:
+            raise RunError(
+                f"{folder} was made with {package} {before.get(package)}, this is {now}: the "
+                "result would not be the same; start a new run"
+            )
+    if not isinstance(values, dict) or set(values) != names or set(table) != set(NAMES):
+        raise RunError(f"{folder / CONFIG} is damaged or not of flexsim tune")
+    try:
+        tuning = Tuning(**values | {"weights": tuple(values["weights"])})
+        draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
+    except (FlexsimError, TypeError, ValueError) as error:
+        raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None
+    return tuning, draws
+
+
+def _generation(lines: list[str], number: int) -> Generation:
+    """Return one generation from its lines.
+
+    Raises:
+        ValueError: a line is not what `rows` writes.
+    """
+    table = list(csv.DictReader(lines, fieldnames=COLUMNS, strict=True))
+    for i, row in enumerate(table):
+        if row["generation"] != str(number) or row["individual"] != str(i):
+            raise ValueError
+    return Generation(
+        number,
+        np.array([[float(row[name]) for name in NAMES] for row in table]),
+        tuple(row["origin"] for row in table),
+        np.array([float(row["index"]) for row in table]),
+        np.array([float(row["diverged_at"] or "nan") for row in table]),
+    )
+
+
+def read(folder: Path) -> Record:
+    """Return what a run's folder holds, which is left as it is.
+
+    Raises:
+        RunError: it is no run, made by other versions, or damaged other than at its end.
+    """
+    tuning, draws = _configuration(folder)
+    path = folder / GENERATIONS
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise RunError(f"{path}: cannot read: {error.strerror}") from None
+    if not content.startswith(HEADER):
+        raise RunError(f"{path} is damaged: its first line is not the header")
+    lines = content[len(HEADER) :].split(b"\n")[:-1]  # what follows the last newline is torn
+    size, done = len(HEADER), []
+    for number in range(len(lines) // tuning.population):
+        block = lines[number * tuning.population : (number + 1) * tuning.population]
+        try:
+            done.append(_generation([line.decode() for line in block], number))
+        except (ValueError, TypeError, csv.Error):
+            first = 2 + number * tuning.population
+            raise RunError(
+                f"{path} is damaged: generation {number}, from line {first} on, cannot be read"
+            ) from None
+        size += sum(len(line) + 1 for line in block)
+    return Record(tuning, draws, done, size)
+
+
+def check_texts(folder: Path, texts: Mapping[str, Any]) -> None:
+    """Refuse a folder whose MJCF is not what the run is continued with.
+
+    Raises:
+        RunError: a file is missing or differs.
+    """
+    for name, text in texts.items():
+        path = folder / name
+        if not path.is_file() or path.read_text() != text:
+            raise RunError(f"{path} is missing or not what this version makes; start a new run")
