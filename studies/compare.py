@@ -31,6 +31,7 @@ from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.settings import setting
 from flexsim.simulate import closed_loop
 from flexsim.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
+from flexsim.true_tip import dead_zone_error, shaped_reference
 from studies.compare_report import Comparison, print_report, write_report
 from studies.figures import paper_envelopes
 from studies.run_folder import run_folder, to_json
@@ -81,6 +82,8 @@ class CompareConfig:
     """Our two-loop."""
     circle: Trajectory = TRAJECTORIES["circle"]
     """Our circle."""
+    true_tip: bool = False
+    """Add runs on references shaped so that the true tip follows, not the mirrored one."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False
@@ -96,11 +99,13 @@ class Task:
     controller: Controller
     setting: str
     name: str
-    median: bool
+    median: bool = False
+    group: str = "ours"
+    shaped: bool = False
 
 
 def tasks(config: CompareConfig) -> list[Task]:
-    """Return the eight cases: our controllers, then Table 2 under `reconstructed`."""
+    """Return the cases: our controllers, Table 2 under `reconstructed`, those for the true tip."""
     ours, fitted = [], []
     paths = {"line": config.line, "two-loop": config.two_loop, "circle": config.circle}
     for path, devised in CASES:
@@ -112,7 +117,6 @@ def tasks(config: CompareConfig) -> list[Task]:
                 TUNED[devised],
                 config.setting,
                 f"tuned_{suffix}",
-                False,
             )
         )
         fitted.append(
@@ -122,10 +126,34 @@ def tasks(config: CompareConfig) -> list[Task]:
                 TABLE_2[FIGURE_OF[devised]],
                 "reconstructed",
                 f"table2_{suffix}",
-                True,
+                median=True,
+                group="Table 2",
             )
         )
-    return ours + fitted
+    return ours + fitted + (true_tip_tasks(paths, config.setting) if config.true_tip else [])
+
+
+def true_tip_tasks(paths: dict[str, Trajectory], setting_name: str) -> list[Task]:
+    """Return plain and shaped runs on each path: without friction, then under our setting.
+
+    Without friction the circle's controllers serve all paths: the two-loop's own are unstable
+    there.
+    """
+    return [
+        Task(
+            paths[path],
+            f"tuned {devised}",
+            TUNED[devised],
+            name,
+            f"{'true_tip' if shaped else 'plain'}_{name}_{path}",
+            group="true tip",
+            shaped=shaped,
+        )
+        for name in dict.fromkeys(("none", setting_name))
+        for path in paths
+        for devised in ("circle" if name == "none" else path,)
+        for shaped in (False, True)
+    ]
 
 
 def plants_of(config: CompareConfig, setting_name: str) -> tuple[AssumedModesPlant, ChainPlant]:
@@ -156,8 +184,10 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str,
     """Return the row of one case on one plant, and the unperturbed motion, thinned."""
     ref = reference(task.trajectory, config.robot, config.period)
     chosen = setting(task.setting)
-    nominal = [task.controller.filters(config.period)]
-    motion = closed_loop(plant, chosen, ref, nominal, RECORDED_EVERY, threads=config.threads)[0]
+    nominal = task.controller.filters(config.period)
+    if task.shaped:
+        ref = shaped_reference(ref, plant, filters=nominal, friction=chosen.friction)
+    motion = closed_loop(plant, chosen, ref, [nominal], RECORDED_EVERY, threads=config.threads)[0]
     controllers = [task.controller]
     if task.median:
         rng = np.random.default_rng(config.seed)
@@ -170,10 +200,14 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str,
         "trajectory": task.trajectory.name,
         "plant": plant.name,
         "setting": task.setting,
+        "group": task.group,
+        "reference": "true tip" if task.shaped else "mirrored tip",
         **summary(figures),
     }
     simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
     row |= {"paper_simulation": simulation, "paper_laboratory": laboratory}
+    hidden = dead_zone_error(nominal, chosen.friction)[1] * config.robot.reach
+    row["dead_zone_error"] = float(hidden)  # [m] at the tip
     return row, motion
 
 
@@ -204,10 +238,12 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     """Return every case on both plants.
 
     Raises:
-        ParameterError: fewer than one perturbation.
+        ParameterError: fewer than one perturbation, or a negative seed.
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
+    if config.seed < 0:
+        raise ParameterError(f"seed is {config.seed}; give 0 or more")
     todo = tasks(config)
     bar = progress.add_task("compare", total=2 * len(todo)) if progress else None
     names = dict.fromkeys(task.setting for task in todo)

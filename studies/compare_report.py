@@ -33,7 +33,8 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
     (folder / "figures").mkdir()
     for case in result.cases:
         case_figure(case, folder / "figures" / f"{case.name}.png")
-    summary_figure(result.rows, folder / "figures" / "envelopes.png")
+    shown = [row for row in result.rows if row["group"] != "true tip"]
+    summary_figure(shown, folder / "figures" / "envelopes.png")
     about = {name.replace("-", "_"): text for name, text in versions().items()}
     about |= {"seed": str(config.seed), "control_period": f"{config.period} s"}
     write_recording(folder / "run.rrd", result.cases, about, config.robot)
@@ -65,6 +66,33 @@ def table(rows: list[dict[str, Any]], title: str) -> Table:
     return grid
 
 
+def true_tip_table(rows: list[dict[str, Any]]) -> Table:
+    """Return envelopes with and without shaping, and what the dead zone of joint 2 hides, in mm."""
+    title = "References for the true tip: envelope half-width"
+    grid = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
+    grid.add_column("trajectory, setting", no_wrap=True)
+    for heading in ("plain", "true tip", "ratio", "dead zone"):
+        grid.add_column(heading, justify="right", no_wrap=True)
+    for k in range(0, len(rows), 4):
+        plain, shaped = rows[k : k + 2], rows[k + 2 : k + 4]
+        ratios = [
+            "-"
+            if None in (a["envelope"], b["envelope"])
+            else f"{b['envelope'] / a['envelope']:.2f}"
+            for a, b in zip(plain, shaped, strict=True)
+        ]
+        grid.add_row(
+            f"{plain[0]['trajectory']}, {plain[0]['setting']}",
+            " | ".join(_mm(row["envelope"]) for row in plain),
+            " | ".join(
+                f"{1e3 * row['envelope']:.2f}" if row["envelope"] else "-" for row in shaped
+            ),
+            " | ".join(ratios),
+            _mm(plain[0]["dead_zone_error"]),
+        )
+    return grid
+
+
 def verdict(rows: list[dict[str, Any]]) -> str:
     """Return in words whether the controllers hold and the plants agree, for one setting's rows."""
     held = sum(not row["diverged"] for row in rows)
@@ -81,12 +109,14 @@ def print_report(result: Comparison, out: Path) -> None:
     """Print a table for our controllers and one for Table 2's, each with its verdict."""
     console = Console(highlight=False)
     console.print("In mm: assumed modes | chain\n")
-    for published in (False, True):
-        mine = [row for row in result.rows if row["controllers"].startswith("Table 2") == published]
-        name = "The paper's Table 2" if published else "Our controllers"
+    for group, name in (("ours", "Our controllers"), ("Table 2", "The paper's Table 2")):
+        mine = [row for row in result.rows if row["group"] == group]
         title = f"{name}, setting {mine[0]['setting']}: envelope half-width, errors, v"
         console.print(table(mine, title))
         console.print(f" {verdict(mine)}\n")
+    shaped = [row for row in result.rows if row["group"] == "true tip"]
+    if shaped:
+        console.print(true_tip_table(shaped))
     console.print(
         "Table 2 moves in limit cycles, under a fit of what the paper leaves out: its rows are\n"
         "medians over perturbed gains, quartiles in results.csv.\n"

@@ -18,6 +18,7 @@ from rich.table import Table
 
 from flexsim import assumed_modes
 from flexsim.chain import load_chain, mass_matrix, stiffness_matrix
+from flexsim.errors import ParameterError
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
 from flexsim.robots import AssumedModesPlant, ChainPlant
@@ -87,6 +88,8 @@ class CrosscheckResult:
 
 def run(config: CrosscheckConfig) -> CrosscheckResult:
     """Return the ladder's figures and verdicts."""
+    if config.seed < 0:
+        raise ParameterError(f"seed is {config.seed}; give 0 or more")
     p = Parameters()
     chain = ChainPlant(p, load_chain(config.mjcf)) if config.mjcf else ChainPlant.designed(p)
     modes = AssumedModesPlant(p)

@@ -237,10 +237,12 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
     """Return what every misprint costs.
 
     Raises:
-        ParameterError, ModelError: perturbations, modes or segments out of range.
+        ParameterError, ModelError: perturbations, seed, modes or segments out of range.
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
+    if config.seed < 0:
+        raise ParameterError(f"seed is {config.seed}; give 0 or more")
     parameters = Parameters()
     chain = ChainPlant.designed(parameters, config.segments)
     poses = QUICK_POSES if config.quick else POSES

@@ -204,10 +204,12 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
     """Return responses, costs and closed loops of all realisations.
 
     Raises:
-        ParameterError, ModelError: perturbations, modes, segments or threads out of range.
+        ParameterError, ModelError: perturbations, seed, modes, segments or threads out of range.
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
+    if config.seed < 0:
+        raise ParameterError(f"seed is {config.seed}; give 0 or more")
     parameters = Parameters()
     plants: list[Plant] = [
         AssumedModesPlant(parameters, config.modes),

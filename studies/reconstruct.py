@@ -243,10 +243,12 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     """Return the reconstruction and its variants.
 
     Raises:
-        ParameterError, ModelError: perturbations, modes, segments or threads out of range.
+        ParameterError, ModelError: perturbations, seed, modes, segments or threads out of range.
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
+    if config.seed < 0:
+        raise ParameterError(f"seed is {config.seed}; give 0 or more")
     result = ReconstructResult([], [], unit_rows(), {})
     todo = chosen(config)
     for variant in progress.track(todo, description="reconstruct") if progress else todo:

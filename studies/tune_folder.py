@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import hashlib
 import importlib.metadata
 import json
 import os
@@ -41,6 +42,11 @@ COLUMNS = (
     "diverged_at",
 )
 HEADER = (",".join(COLUMNS) + "\n").encode()
+DECIDES = (  # sources that a result depends on
+    "flexsim/*.py",
+    "controllers/*.py",
+    *(f"studies/{n}.py" for n in ("distributions", "genetic", "peers", "structures", "tuning")),
+)
 UNITS = {
     "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",
     ", ".join(SI_NAMES): "N m s^nu/rad, as the filters have them, k / 1000^nu; k3, k6: the same",
@@ -64,8 +70,17 @@ class Record:
     size: int
 
 
+def _sources() -> str:
+    """Return a digest of the code that decides a result: even a reordered sum changes its bits."""
+    root = Path(__file__).parent.parent
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in DECIDES for path in root.glob(pattern)):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def _versions() -> dict[str, str]:
-    return versions() | {"cma": importlib.metadata.version("cma")}
+    return versions() | {"cma": importlib.metadata.version("cma"), "sources": _sources()}
 
 
 def start(

@@ -58,6 +58,8 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("compare --segments six", ("--segments", "six")),
         ("compare --modes 0", ("0", "1 to 40")),
         ("compare --perturbations 0", ("perturbations",)),
+        ("compare --seed -1", ("seed", "-1")),
+        ("crosscheck --seed -1", ("seed", "-1")),
         ("compare --threads 0", ("threads",)),
         ("compare --threads 1000", ("threads",)),
         ("compare --out tau.csv/run", ("tau.csv",)),

@@ -10,6 +10,7 @@ from controllers import TUNED
 from flexsim import AssumedModesPlant, Parameters, drive, reference, setting, trajectory
 from flexsim.printed import AS_PRINTED, MISPRINTS
 from studies.crosscheck import tip_difference, trial_torque
+from studies.main import main
 from studies.misprints import (
     STARTS,
     VARIANTS,
@@ -93,18 +94,18 @@ def test_figures_are_written(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["energy.png", "tip.png"]
 
 
-def test_no_perturbations_is_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    from studies.main import main
-
+@pytest.mark.parametrize("command", ["misprints", "reconstruct", "realisations"])
+@pytest.mark.parametrize("wrong", [("--perturbations", "0"), ("--seed", "-1")])
+def test_impossible_numbers_are_one_line(
+    command: str, wrong: tuple[str, str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     out = tmp_path / "run"
-    assert main(["misprints", "--perturbations", "0", "--out", str(out)]) == 2
+    assert main([command, *wrong, "--out", str(out)]) == 2
     assert capsys.readouterr().err.count("\n") == 1 and not out.exists()
 
 
 @pytest.mark.slow
 def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from studies.main import main
-
     assert main(["misprints", "--quick", "--json", "--out", str(tmp_path / "run")]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
     assert [row["misprint"] for row in rows] == list(VARIANTS)

@@ -393,6 +393,12 @@ def spoil_version(run):
     (run / "config.json").write_text(json.dumps(config))
 
 
+def other_sources(run):
+    config = json.loads((run / "config.json").read_text())
+    config["versions"]["sources"] = "0123456789abcdef"
+    (run / "config.json").write_text(json.dumps(config))
+
+
 def spoil_config(run):
     text = (run / "config.json").read_text()
     (run / "config.json").write_text(text[: len(text) // 2])
@@ -424,6 +430,7 @@ def spoil_header(run):
     "spoil, options, word",
     [
         (spoil_version, [], "numpy"),
+        (other_sources, [], "sources"),
         (spoil_config, [], "damaged"),
         (spoil_setting, [], "config.json"),
         (other_study, [], "not of flexsim tune"),
