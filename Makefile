@@ -10,7 +10,7 @@ compare: install
 	$(BIN)/flexsim compare --out $(RUN) --force
 
 test: install
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
 slow: install
 	$(BIN)/python -m pytest -q -m "slow or not slow"
