@@ -87,6 +87,9 @@ def load_chain(
 ) -> ChainModel:
     """Return the chain of an MJCF file, or of its text, checked.
 
+    MuJoCo's automatic reset is switched off whatever the file says: whether a motion has
+    diverged is for the loop to judge.
+
     Args:
         path: MJCF file; text: MJCF instead of a file.
         motors: inertias (I_m1, I_m2) that replace the file's armatures where not None [kg m2].
@@ -106,28 +109,33 @@ def load_chain(
         raise ModelError("no MJCF given; name a file or pass its text")
     if not text.strip():
         raise ModelError(f"{source}: the MJCF file is empty")
+    with quiet_warnings():
+        model = _compile(path, text, source)
+        _require_arm(model, source)
+        _require_physical(model, source)
+        for joint, inertia in zip(("joint1", "joint2"), motors, strict=False):
+            if inertia is not None:
+                model.dof_armature[model.joint(joint).dofadr] = inertia
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        L_R, clamp, root, lengths = _geometry(model, source)
+        _require_stable_step(model, source)
+    return ChainModel(model, text, source, L_R, clamp, root, lengths)
+
+
+def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
+    """Return the compiled model, read by path if given, so that an include is found beside it."""
     try:
-        # by path, so that an include is found beside the file
-        with quiet_warnings():
-            spec = (
-                mujoco.MjSpec.from_file(str(path))
-                if path is not None
-                else mujoco.MjSpec.from_string(text)
-            )
-            _require_masses(spec, source)
-            model = spec.compile()
+        spec = (
+            mujoco.MjSpec.from_file(str(path))
+            if path is not None
+            else mujoco.MjSpec.from_string(text)
+        )
+        _require_masses(spec, source)
+        return spec.compile()
     except ModelError:
         raise
     except (ValueError, mujoco.FatalError) as error:
         raise ModelError(f"{source}: not valid MJCF: {' '.join(str(error).split())}") from None
-    _require_arm(model, source)
-    _require_physical(model, source)
-    for joint, inertia in zip(("joint1", "joint2"), motors, strict=False):
-        if inertia is not None:
-            model.dof_armature[model.joint(joint).dofadr] = inertia
-    L_R, clamp, root, lengths = _geometry(model, source)
-    _require_stable_step(model, source)
-    return ChainModel(model, text, source, L_R, clamp, root, lengths)
 
 
 def _require_arm(model: mujoco.MjModel, source: str) -> None:
@@ -155,10 +163,31 @@ def _require_arm(model: mujoco.MjModel, source: str) -> None:
         )
     if model.nu != 2 or [model.actuator(i).name for i in range(2)] != ["motor1", "motor2"]:
         raise ModelError(f"{source}: needs exactly the actuators motor1 and motor2, in this order")
+    for i in range(2):
+        plain = (
+            model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE
+        )
+        on_joint = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT
+        if not (plain and on_joint and model.actuator_trnid[i, 0] == i):
+            raise ModelError(
+                f"{source}: actuator 'motor{i + 1}' is not a plain motor on joint{i + 1}; "
+                f'write <motor name="motor{i + 1}" joint="joint{i + 1}"/>'
+            )
     if model.na or model.neq or model.nflex or model.ntendon:
         raise ModelError(
             f"{source}: has activations, equalities, flexes or tendons; the arm is a plain chain"
         )
+    if (model.dof_parentid != np.arange(-1, model.nv - 1)).any():
+        raise ModelError(f"{source}: the bodies branch; every jointed body must carry the next one")
+    for site, joint in (("hub", 1), ("tip", model.njnt - 1)):
+        carrier = model.body_weldid[model.site(site).bodyid[0]]
+        if carrier != model.jnt_bodyid[joint]:
+            raise ModelError(
+                f"{source}: site {site!r} moves with body {model.body(carrier).name!r}; put it on "
+                f"{model.body(model.jnt_bodyid[joint]).name!r}, behind the joint "
+                f"{model.joint(joint).name!r}"
+            )
 
 
 def _require_masses(spec: mujoco.MjSpec, source: str) -> None:
@@ -180,6 +209,7 @@ def _require_physical(model: mujoco.MjModel, source: str) -> None:
         ("joint", "stiffness", model.jnt_stiffness),
         ("joint", "damping", model.dof_damping),
         ("joint", "armature", model.dof_armature),
+        ("joint", "friction loss", model.dof_frictionloss),
         ("body", "mass", model.body_mass),
         ("body", "inertia", model.body_inertia.min(axis=1)),
     )
@@ -193,8 +223,16 @@ def _require_physical(model: mujoco.MjModel, source: str) -> None:
                 )
     if not 0 < model.opt.timestep < np.inf:
         raise ModelError(f"{source}: timestep is {model.opt.timestep:g} s; give more than 0")
-    if not (np.isfinite(model.body_pos).all() and np.isfinite(model.body_ipos).all()):
-        raise ModelError(f"{source}: a position is not a finite number; check pos attributes")
+    for quantity, values in (
+        ("pos", model.body_pos),
+        ("inertial pos", model.body_ipos),
+        ("joint pos", model.jnt_pos),
+        ("joint axis", model.jnt_axis),
+        ("gear", model.actuator_gear),
+        ("springref", model.qpos_spring),
+    ):
+        if not np.isfinite(values).all():
+            raise ModelError(f"{source}: a {quantity} is not a finite number; check that attribute")
 
 
 def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, Array]:
@@ -206,7 +244,7 @@ def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, 
     anchors = anchors - anchors[0]
     axes = data.xaxis
     off = np.abs(anchors[:, 1:]).max(), np.abs(data.xanchor[0]).max(), np.abs(axes[:, :2]).max()
-    if max(off) > PLANE_TOLERANCE:
+    if not np.max(off) <= PLANE_TOLERANCE:  # so that a nan is caught
         raise ModelError(
             f"{source}: at zero angles the arm must lie along x from the origin, hinges about z; "
             "an anchor, a site or an axis is elsewhere"

@@ -22,6 +22,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller, Gains
+from flexsim.closed_loop import whole_substeps
 from flexsim.errors import ParameterError
 from flexsim.metrics import measures
 from flexsim.motion import Motion
@@ -238,7 +239,8 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     """Return every case on both plants.
 
     Raises:
-        ParameterError: fewer than one perturbation, or a negative seed.
+        ParameterError: fewer than one perturbation, a negative seed, or a control period that is
+            no whole multiple of a physics step.
     """
     if config.perturbations < 1:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
@@ -248,6 +250,8 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     bar = progress.add_task("compare", total=2 * len(todo)) if progress else None
     names = dict.fromkeys(task.setting for task in todo)
     plants = {name: plants_of(config, name) for name in names}
+    for plant in plants[config.setting]:  # before references take memory
+        whole_substeps(config.period, plant.step)
     rows: list[dict[str, Any]] = []
     cases = []
     for task in todo:
@@ -276,7 +280,7 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
 
 
 def tip_difference(first: Motion, second: Motion) -> float | None:
-    """Return the rms distance between two plants' tips while both ran [m], None if neither did."""
+    """Return the rms distance of two plants' tips while both ran [m]; None if one never did."""
     rows = min(len(first.time), len(second.time))
     if rows == 0:
         return None

@@ -6,9 +6,9 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from flexsim import assumed_modes
-from flexsim.chain import load_chain, mass_matrix, stiffness_matrix
+from flexsim.chain import ChainModel, load_chain, mass_matrix, stiffness_matrix
 from flexsim.errors import ParameterError
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
@@ -208,7 +208,7 @@ def energy_rungs(p: Parameters, chain: ChainPlant) -> list[Rung]:
     free = replace(p, F_1=0.0, F_2=0.0)
     consistent = AssumedModesPlant(free)
     printed = AssumedModesPlant(free, form="printed")
-    undamped = ChainPlant(free, load_chain_undamped(chain))
+    undamped = ChainPlant(free, without_damping(chain.chain))
     step = f"step {1e3 * chain.step:g} ms"
     return [
         _rung(
@@ -228,11 +228,11 @@ def energy_rungs(p: Parameters, chain: ChainPlant) -> list[Rung]:
     ]
 
 
-def load_chain_undamped(chain: ChainPlant) -> Any:
-    """Return the chain's model, compiled anew from its text, with all joint damping zero."""
-    copy = load_chain(text=chain.chain.text)
-    copy.model.dof_damping[:] = 0.0
-    return copy
+def without_damping(chain: ChainModel) -> ChainModel:
+    """Return a copy of the chain with all joint damping zero."""
+    model = copy.copy(chain.model)
+    model.dof_damping[:] = 0.0
+    return replace(chain, model=model)
 
 
 def command(config: CrosscheckConfig) -> None:

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 PLANTS = ("assumed-modes", "chain")
 ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
+QUOTED = 60  # characters of a wrong line that a message shows
 TORQUE_HEADER = ["t", "tau1", "tau2"]
 MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
@@ -73,6 +74,12 @@ def make_plant(name: str, setting_name: str, mjcf: Path | None = None) -> Plant:
     return ChainPlant(parameters, load_chain(mjcf, motors=(chosen.I_m1, chosen.I_m2)))
 
 
+def _shown(cells: list[str]) -> str:
+    """Return a row as a message quotes it: what a binary file takes for a row can be endless."""
+    line = ",".join(cells)
+    return repr(line if len(line) <= QUOTED else f"{line[:QUOTED]}...")
+
+
 def read_torque(path: Path) -> Array:
     """Return the torques (K, 2) of a CSV file [N m].
 
@@ -81,7 +88,7 @@ def read_torque(path: Path) -> Array:
         ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
     """
     try:
-        with path.open(newline="") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets write the mark
             lines = list(csv.reader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "not a CSV file"
@@ -89,8 +96,7 @@ def read_torque(path: Path) -> Array:
     header = [name.strip() for name in lines[0]] if lines else []
     if header != TORQUE_HEADER:
         raise ParameterError(
-            f"{path}: the first line is {','.join(header)!r}, "
-            f"it must be {','.join(TORQUE_HEADER)!r}"
+            f"{path}: the first line is {_shown(header)}, it must be {','.join(TORQUE_HEADER)!r}"
         )
     rows: list[list[float]] = []
     for number, line in enumerate(lines[1:], start=2):
@@ -100,7 +106,7 @@ def read_torque(path: Path) -> Array:
             values = []
         if len(values) != 3 or not all(math.isfinite(value) for value in values):
             raise ParameterError(
-                f"{path}, line {number}: {','.join(line)!r} is not three finite numbers t,tau1,tau2"
+                f"{path}, line {number}: {_shown(line)} is not three finite numbers t,tau1,tau2"
             )
         expected = len(rows) * ROW_PERIOD
         if abs(values[0] - expected) > ROW_TOLERANCE:

@@ -42,13 +42,18 @@ def usage() -> str:
 def one_line(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
     text = re.split(r"Argument helptext|For full helptext", message)[0]
-    text = re.sub(r"╭.*╮", " ", text)
-    return " ".join(re.sub(r"[╰╯│─]+", " ", text).split())
+    text = re.sub(r"╭.*╮|.*\n-{9,}\n", " ", text)  # the title: in a box, or over a rule
+    return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
 
 
 def _complain(message: str) -> int:
     print(f"flexsim: {message}", file=sys.stderr)
     return 2
+
+
+def _interrupted() -> int:
+    _complain("interrupted; nothing was kept")
+    return INTERRUPTED
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -61,24 +66,30 @@ def main(arguments: list[str] | None = None) -> int:
     if name not in COMMANDS:
         return _complain(f"command {name!r} is unknown; choose one of {', '.join(COMMANDS)}")
     module_name, class_name, _ = COMMANDS[name]
-    module = importlib.import_module(f"studies.{module_name}")
     complaint = io.StringIO()
     try:
+        module = importlib.import_module(f"studies.{module_name}")
         with contextlib.redirect_stderr(complaint):
             config = tyro.cli(getattr(module, class_name), args=rest, prog=f"flexsim {name}")
     except SystemExit as stop:
         if not stop.code:
             return 0
         return _complain(f"{name}: {one_line(complaint.getvalue())}; see flexsim {name} --help")
+    except KeyboardInterrupt:
+        return _interrupted()
     try:
         module.command(config)
+        sys.stdout.flush()  # here, where a closed pipe is no error
     except (FlexsimError, ControllerError) as error:
         return _complain(" ".join(str(error).split()))
     except KeyboardInterrupt:
-        _complain("interrupted; nothing was kept")
-        return INTERRUPTED
+        return _interrupted()
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:  # a full disk, a name too long
+        return _complain(f"{name}: {error.filename or 'writing'}: {error.strerror}")
+    except MemoryError:
+        return _complain(f"{name}: not enough memory; use fewer samples, runs or segments")
     return 0
 
 

@@ -46,6 +46,8 @@ def run_folder(out: Path, force: bool) -> Iterator[Path]:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
+    except FileExistsError:
+        raise RunError(f"{out}: cannot write there: {out.parent} is not a folder") from None
     except OSError as error:
         raise RunError(f"{out}: cannot write there: {error.strerror}") from None
     try:
