@@ -9,6 +9,7 @@ chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -30,6 +31,9 @@ STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
     mujoco.mjtIntegrator.mjINT_RK4: RK4_LIMIT,
     mujoco.mjtIntegrator.mjINT_EULER: 2.0,
 }
+DAMPED_LIMIT = 2.61  # radius of the left half-disc inside RK4's region of stability (2.616)
+DAMPED_SHARE = 0.01  # damping ratio from which the disc counts, not the imaginary axis
+POSES = 5  # of joint 2, from stretched to folded
 
 
 class Chain(NamedTuple):
@@ -131,7 +135,9 @@ def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
             else mujoco.MjSpec.from_string(text)
         )
         _require_masses(spec, source)
-        return spec.compile()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of numbers that are checked hereafter
+            return spec.compile()
     except ModelError:
         raise
     except (ValueError, mujoco.FatalError) as error:
@@ -252,7 +258,8 @@ def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, 
     x = anchors[:, 0]
     lengths = np.diff(x)
     if lengths[0] <= 0 or lengths[1] < 0 or (lengths[2:] <= 0).any():
-        raise ModelError(f"{source}: joints must follow each other along x; found them at {x} m")
+        found = ", ".join(f"{value:g}" for value in x)
+        raise ModelError(f"{source}: joints must follow each other along x; found: {found} m")
     piece = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
     clamp = float(data.xpos[piece][0] - x[1]) if piece >= 0 else float(lengths[1])
     return float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
@@ -273,6 +280,12 @@ def stiffness_matrix(model: mujoco.MjModel) -> Array:
     return np.diag(model.jnt_stiffness)
 
 
+def _bent_elbow(model: mujoco.MjModel, theta2: float) -> Array:
+    qpos = np.zeros(model.nq)
+    qpos[1] = theta2
+    return qpos
+
+
 def highest_frequency(model: mujoco.MjModel) -> float:
     """Return the highest natural frequency of the free chain [rad/s], over poses of joint 2.
 
@@ -280,11 +293,9 @@ def highest_frequency(model: mujoco.MjModel) -> float:
     """
     K = stiffness_matrix(model)
     highest = 0.0
-    for theta2 in np.linspace(0.0, np.pi, 5):
-        qpos = np.zeros(model.nq)
-        qpos[1] = theta2
+    for theta2 in np.linspace(0.0, np.pi, POSES):
         try:
-            squared = eigh(K, mass_matrix(model, qpos), eigvals_only=True)
+            squared = eigh(K, mass_matrix(model, _bent_elbow(model, theta2)), eigvals_only=True)
         except np.linalg.LinAlgError:
             raise ModelError(
                 "the mass matrix is singular: a joint moves nothing; give its bodies inertia"
@@ -293,15 +304,41 @@ def highest_frequency(model: mujoco.MjModel) -> float:
     return highest
 
 
+def fastest_decay(model: mujoco.MjModel) -> float:
+    """Return the largest |lambda| of the damped motions of the free chain [1/s], 0 without any."""
+    n = model.nv
+    fastest = 0.0
+    for theta2 in np.linspace(0.0, np.pi, POSES):
+        M = mass_matrix(model, _bent_elbow(model, theta2))
+        force = np.hstack([stiffness_matrix(model), np.diag(model.dof_damping)])
+        A = np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])  # (2 n, 2 n)
+        rates = np.linalg.eigvals(A)
+        damped = rates[-rates.real > DAMPED_SHARE * np.abs(rates)]
+        fastest = max(fastest, float(np.abs(damped).max(initial=0.0)))
+    return fastest
+
+
+def longest_step(model: mujoco.MjModel) -> float | None:
+    """Return the step below which the model's integrator is stable [s], None if at any step."""
+    integrator = mujoco.mjtIntegrator(model.opt.integrator)
+    if integrator not in STEP_LIMITS:
+        return None
+    longest = STEP_LIMITS[integrator] / highest_frequency(model)
+    if integrator == mujoco.mjtIntegrator.mjINT_RK4:  # Euler takes the damping implicitly
+        decay = fastest_decay(model)
+        longest = min(longest, DAMPED_LIMIT / decay) if decay else longest
+    return longest
+
+
 def _require_stable_step(model: mujoco.MjModel, source: str) -> None:
-    limit = STEP_LIMITS.get(mujoco.mjtIntegrator(model.opt.integrator))
-    omega = highest_frequency(model)
-    step = float(model.opt.timestep)
-    if limit is not None and omega * step >= limit:
+    longest, step = longest_step(model), float(model.opt.timestep)
+    if longest is not None and step >= longest:
         name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
+        omega, decay = highest_frequency(model), fastest_decay(model)
+        damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
         raise ModelError(
             f"{source}: timestep {step:g} s is too long for {name} with a highest frequency of "
-            f"{omega:.0f} rad/s; use less than {limit / omega:.3g} s"
+            f"{omega:.0f} rad/s{damping}; use less than {longest:.3g} s"
         )
 
 

@@ -17,7 +17,7 @@ from scipy.linalg import eigh
 
 from flexsim.assumed_modes import free_frequencies
 from flexsim.beam import modal_integrals, mode_shapes
-from flexsim.chain import STEP_LIMITS, ChainModel, highest_frequency, load_chain, mass_matrix
+from flexsim.chain import ChainModel, highest_frequency, load_chain, longest_step, mass_matrix
 from flexsim.chain import stiffness_matrix as stiffness_of
 from flexsim.errors import ModelError
 from flexsim.exact import clamped_frequencies, joint_free_frequencies
@@ -128,8 +128,6 @@ def run(config: ModesConfig) -> ModesResult:
         "chi_i(tip)": (integrals.tip, found.tip),
     }
     errors = [float(np.abs(chain / exact - 1).max()) for exact, chain in couplings.values()]
-    omega = highest_frequency(chain.model)
-    limit = STEP_LIMITS.get(chain.model.opt.integrator)
     coefficients = plant.coefficients
     return ModesResult(
         source=chain.source if config.mjcf else "default chain of 6 segments",
@@ -154,9 +152,12 @@ def run(config: ModesConfig) -> ModesResult:
             "chain": found.compliance,
         },
         mac=modal_assurance(chain, found.shapes),
-        omega_max={"assumed_modes": plant.highest_frequency, "chain": omega},
+        omega_max={
+            "assumed_modes": plant.highest_frequency,
+            "chain": highest_frequency(chain.model),
+        },
         step=chain.step,
-        step_limit=None if limit is None else limit / omega,
+        step_limit=longest_step(chain.model),
     )
 
 
