@@ -26,6 +26,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "misprints": ("misprints", "MisprintsConfig", "what each misprint of the paper costs"),
     "reconstruct": ("reconstruct", "ReconstructConfig", "what it takes for Table 2 to be bounded"),
     "realisations": ("realisations", "RealisationsConfig", "which fractional filter serves best"),
+    "pid-question": ("pid_question", "PidQuestionConfig", "why integer PIDs failed in the paper"),
     "tune": ("tune", "TuneConfig", "tune controllers: the paper's genetic algorithm, or a peer"),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
