@@ -43,7 +43,7 @@ def usage() -> str:
 def one_line(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
     text = re.split(r"Argument helptext|For full helptext", message)[0]
-    text = re.sub(r"╭.*╮|.*\n-{9,}\n", " ", text)  # the title: in a box, or over a rule
+    text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
     return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
 
 
