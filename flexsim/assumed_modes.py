@@ -30,8 +30,9 @@ class AssumedModes(NamedTuple):
     """Coefficients of the equations of motion, as the compiled functions read them.
 
     With n modes: A = I_m1 + I_R0 + L_R^2 (m_H + m_b); J = I_H + I_b; first_moment = rho int x dx;
-    P = rho Phi; X = rho int x chi dx; mass = rho L, stiffness = EI L beta^4 and damping of each
-    mode; M, N as (6), (7); F viscous friction at the joints; tip = chi(L); slope = int chi' chi'.
+    P = rho Phi; X = rho int x chi dx; mass = rho L and stiffness = EI L beta^4 of each mode;
+    damping (n, n) of the modes; M, N as (6), (7); F viscous friction at the joints;
+    tip = chi(L); slope = int chi' chi'.
     """
 
     L_R: float
@@ -61,10 +62,12 @@ class AssumedModes(NamedTuple):
 def assumed_modes(parameters: Parameters, n: int = 3, step: float = 1e-3) -> AssumedModes:
     """Return the coefficients of the assumed-modes model with n modes and an RK4 step [s].
 
+    With n = 0 the second link is rigid.
+
     Source: (6)-(38).
     """
     p = parameters
-    integrals = modal_integrals(p, n)
+    integrals = modal_integrals(p, n or 1)  # none of which a rigid link takes
     return AssumedModes(
         L_R=p.L_R,
         reach=p.reach,
@@ -76,16 +79,16 @@ def assumed_modes(parameters: Parameters, n: int = 3, step: float = 1e-3) -> Ass
         F_2=p.F_2 * p.r_2**2,
         r_1=p.r_1,
         r_2=p.r_2,
-        P=p.rho * integrals.Phi,
-        X=p.rho * integrals.x_chi,
+        P=p.rho * integrals.Phi[:n],
+        X=p.rho * integrals.x_chi[:n],
         mass=np.full(n, p.rho * p.L),  # (41)
         inverse_mass=np.full(n, 1 / (p.rho * p.L)),
-        stiffness=p.EI * p.L * integrals.beta**4,  # first term of (42)
-        damping=np.zeros(n),  # (31)
-        M=integrals.M,
-        N=integrals.N,
-        tip=integrals.tip,
-        slope=integrals.slope,
+        stiffness=p.EI * p.L * integrals.beta[:n] ** 4,  # first term of (42)
+        damping=np.zeros((n, n)),  # (31)
+        M=integrals.M[:n, :n].copy(),
+        N=integrals.N[:n, :n].copy(),
+        tip=integrals.tip[:n],
+        slope=integrals.slope[:n, :n].copy(),
         step=step,
     )
 
@@ -113,11 +116,12 @@ def acceleration(
     s11 = s12 = s22 = r1 = r2 = 0.0  # H_jj-weighted products of the modal rows
     for j in range(n):
         e, d = q[2 + j], w[2 + j]
-        M_e = M_d = N_e = 0.0
+        M_e = M_d = N_e = D_d = 0.0
         for i in range(n):
             M_e += p.M[j, i] * q[2 + i]
             M_d += p.M[j, i] * w[2 + i]
             N_e += p.N[j, i] * q[2 + i]
+            D_d += p.damping[j, i] * w[2 + i]
         P_e += p.P[j] * e
         P_d += p.P[j] * d
         X_d += p.X[j] * d
@@ -134,7 +138,7 @@ def acceleration(
             wb * wb * (p.mass[j] * e - N_e)  # centrifugal softening and stiffening
             - w1 * w1 * (Ls * p.P[j] + Lc * M_e)  # (46) with theta1'^2
             - p.stiffness[j] * e
-            - p.damping[j] * d
+            - D_d
         )
         inverse = p.inverse_mass[j]
         H1[j] = H1j

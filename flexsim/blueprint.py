@@ -14,7 +14,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from rerun.components import Plane3D
 
-from flexsim.traces import PANELS, TIMELINE
+from flexsim.traces import TIMELINE, panels
 
 if TYPE_CHECKING:
     from flexsim.recording import Case
@@ -72,7 +72,8 @@ def _tab(case: Case, corners: NDArray[np.float64]) -> rrb.Horizontal:
     )
     left = rrb.Vertical(_scene(case, corners), texts, row_shares=[7, 3])
     plots = rrb.Grid(
-        *(_plot(case, panel, title) for panel, title in PANELS.items()), grid_columns=2
+        *(_plot(case, panel, title) for panel, title in panels(case.motions).items()),
+        grid_columns=2,
     )
     return rrb.Horizontal(left, plots, column_shares=[46, 54], name=case.name)
 

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
+from scipy.linalg import block_diag, expm
 
 from flexsim import assumed_modes, chain
 from flexsim.closed_loop import whole_substeps
@@ -72,23 +72,24 @@ def linearise(
     """Return the linearisation of either plant about rest.
 
     Args:
-        plant: assumed modes of either form, or the chain.
+        plant: assumed modes of either form, or a chain.
         theta2: of the pose [rad].
         joint_damping: (2,) viscous friction of the joints beside the plant's own [N m s/rad].
 
     Raises:
-        ParameterError: theta2 or the damping is not a finite number.
+        ParameterError: theta2 or the damping is not a finite number, or the plant is a rod.
     """
     extra = np.asarray(joint_damping, dtype=float)
     if not math.isfinite(theta2):
         raise ParameterError(f"theta2 is {theta2}; give a finite angle [rad]")
     if extra.shape != (2,) or not np.isfinite(extra).all():
         raise ParameterError(f"joint damping is {extra}; give two finite numbers")
-    M, D, K, S, tip = (
-        _of_modes(plant, theta2)
-        if isinstance(plant, AssumedModesPlant)
-        else (_of_chain(plant, theta2))
-    )
+    if isinstance(plant, AssumedModesPlant):
+        M, D, K, S, tip = _of_modes(plant, theta2)
+    elif isinstance(plant, ChainPlant):
+        M, D, K, S, tip = _of_chain(plant, theta2)
+    else:
+        raise ParameterError(f"plant {plant.name!r} has no linearisation; choose another plant")
     D[[0, 1], [0, 1]] += extra
     return LinearPlant(M, D, K, S, tip, float(theta2))
 
@@ -98,7 +99,7 @@ def _of_modes(plant: AssumedModesPlant, theta2: float) -> tuple[Array, Array, Ar
     p, m = plant.coefficients, plant.modes + 2
     pose = np.zeros(m)
     pose[1] = theta2
-    D = np.diag(np.concatenate([[p.F_1, p.F_2], p.damping]))
+    D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
     if plant.form == "printed":  # (46) prints theta1' where its square belongs: it stays at rest
         D[2:, 0] = p.L_R * np.sin(theta2) * p.P
     K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))

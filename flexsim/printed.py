@@ -22,10 +22,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.assumed_modes import AssumedModes, assumed_modes
-from flexsim.beam import modal_integrals
+from flexsim.assumed_modes import AssumedModes
 from flexsim.compiled import compiled
-from flexsim.parameters import Parameters
 
 Array = NDArray[np.float64]
 
@@ -61,15 +59,12 @@ else:  # flat: compiled threads cannot take apart a tuple within a tuple
     )
 
 
-def printed_modes(
-    parameters: Parameters, n: int = 3, step: float = 1e-3, misprints: int = AS_PRINTED
-) -> PrintedModes:
-    """Return the coefficients of the printed equations with n modes and an RK4 step [s]."""
-    integrals = modal_integrals(parameters, n)
-    gamma = integrals.gamma + integrals.gamma_prime
-    alpha = integrals.alpha + integrals.alpha_prime
-    base = assumed_modes(parameters, n, step)
-    return PrintedModes._make((*base, gamma, alpha, misprints))
+def printed_modes(base: AssumedModes, misprints: int = AS_PRINTED) -> PrintedModes:
+    """Return the coefficients of the printed equations with the modes of `assumed_modes`.
+
+    By parts gamma + gamma' = -N and alpha + alpha' = -M, (6)-(13), so nothing else is needed.
+    """
+    return PrintedModes._make((*base, -base.N, -base.M, misprints))
 
 
 @compiled
@@ -162,7 +157,7 @@ def printed_acceleration(
     right = -printed_coriolis(p, q, w)
     right[0] += p.r_1 * tau_1 - p.F_1 * w[0]
     right[1] += p.r_2 * tau_2 - p.F_2 * w[1]
-    right[2:] -= printed_stiffness(p, q, w) @ q[2:] + p.damping * w[2:]
+    right[2:] -= printed_stiffness(p, q, w) @ q[2:] + p.damping @ w[2:]
     a[:] = np.linalg.solve(printed_mass(p, q), right)
 
 

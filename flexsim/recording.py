@@ -55,9 +55,9 @@ class Case:
     Attributes:
         name: entity root and tab; letters, digits, '_', '-' and '.'.
         trajectory, controllers, setting: for titles and tables.
-        motions: by plant, 'assumed-modes' and 'chain'; at least one.
-        chain_model: the compiled MJCF whose geometry draws the chain; without it the chain is
-            drawn as the other arm is.
+        motions: by the plant's name; at least one. Of two, the difference is shown.
+        chain_model: the compiled MJCF whose geometry draws the plant 'chain'; without it the
+            chain is drawn as other arms are.
         reference: all of it, also after a divergence; without it, as far as the longer motion.
 
     Raises:

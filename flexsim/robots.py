@@ -10,9 +10,11 @@ Both have the same attributes: `name`, `step` [s], `parameters`, `compiled(threa
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -22,7 +24,8 @@ from flexsim import assumed_modes, printed
 from flexsim.assumed_modes import RK4_LIMIT, AssumedModes
 from flexsim.beam import mode_shapes
 from flexsim.chain import Chain, ChainModel, Workspaces, load_chain
-from flexsim.chain_design import design_chain
+from flexsim.chain_design import design_chain, plain_chain
+from flexsim.chain_modes import modes_of_chain, parameters_of, vibration
 from flexsim.errors import ParameterError
 from flexsim.kinematics import tip_position
 from flexsim.mjcf import chain_mjcf
@@ -34,6 +37,7 @@ Array = NDArray[np.float64]
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
 LONGEST_STEP = 1e-3  # [s] the control period of the paper
+SHORTEST_STEP = 1e-6  # [s] at which frequencies are asked for
 FREE_OVER_CLAMPED = 1.05  # bounds the highest frequency with free joints by that with locked ones
 MODES_SHOWN = 3  # modal coordinates that the chain's shape is projected on
 
@@ -50,16 +54,46 @@ class Observation:
     beam: Array
 
 
+class Plant(Protocol):
+    """What the closed loop, studies and recordings ask of a plant.
+
+    `compiled(threads)` gives coefficients that `flexsim.plants` knows by their type.
+    """
+
+    @property
+    def name(self) -> str:
+        """As tables and the command line name it."""
+
+    @property
+    def parameters(self) -> Parameters:
+        """The robot: its lengths are those of the kinematics."""
+
+    @property
+    def step(self) -> float:
+        """Physics step [s]."""
+
+    def compiled(self, threads: int) -> AbstractContextManager[Any]:
+        """Give the coefficients for compiled code, alive as long as the block runs."""
+
+    def rest_state(self, theta: ArrayLike) -> Array:
+        """Return the state (2 m,) at rest at joint angles (2,) [rad], beam straight."""
+
+    def observe(self, states: Array, energy: bool = True) -> Observation:
+        """Return what states (K, 2 m) look like; energy is nan where not wanted."""
+
+
 @dataclass(frozen=True)
 class AssumedModesPlant:
     """The assumed-modes equations with RK4.
 
     Attributes:
-        parameters: the robot; modes: n; step: physics step [s].
+        parameters: the robot; modes: n, 0 for a rigid second link; step: physics step [s].
         form: 'consistent' or 'printed'.
+        chain: an MJCF file whose own modes and masses take the place of the parameters' beam.
 
     Raises:
         ParameterError: an unknown form, or a step beyond the integrator's limit.
+        ModelError: the file has something that the equations do not.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
@@ -67,6 +101,7 @@ class AssumedModesPlant:
     step: float = 1e-3
     form: str = "consistent"
     name: str = "assumed-modes"
+    chain: ChainModel | None = None
 
     def __post_init__(self) -> None:
         if self.form not in ("consistent", "printed"):
@@ -80,9 +115,23 @@ class AssumedModesPlant:
                 f"{omega:.0f} rad/s; use less than {RK4_LIMIT / omega:.3g} s"
             )
 
-    @property
+    @classmethod
+    def of_chain(cls, chain: ChainModel, modes: int = 3, **more: Any) -> AssumedModesPlant:
+        """Return the plant of an MJCF file: its rigid bodies, the modes of its own chain.
+
+        Args:
+            chain: the file; modes: n. more: `step`, `form`, `name`.
+
+        Raises:
+            ParameterError, ModelError: as the plant itself.
+        """
+        return cls(parameters_of(chain), modes, chain=chain, **more)
+
+    @cached_property
     def coefficients(self) -> AssumedModes:
         """Coefficients of the consistent equations."""
+        if self.chain is not None:
+            return modes_of_chain(self.chain, self.modes, self.step)
         return assumed_modes.assumed_modes(self.parameters, self.modes, self.step)
 
     @property
@@ -90,15 +139,25 @@ class AssumedModesPlant:
         """Highest natural frequency with both joints free [rad/s], over poses of joint 2."""
         p = self.coefficients
         poses = np.linspace(0, np.pi, 5)
-        return max(float(assumed_modes.free_frequencies(p, pose).max()) for pose in poses)
+        found = [assumed_modes.free_frequencies(p, pose).max(initial=0.0) for pose in poses]
+        return float(max(found))
+
+    @cached_property
+    def drawn(self) -> tuple[Array, Array]:
+        """Points along the hub's axis (P,) [m] and the modes' displacements there (P, n)."""
+        if self.chain is not None:
+            c = self.chain
+            along = np.concatenate([[c.clamp], c.root + np.append(0.0, np.cumsum(c.lengths))])
+            return along, vibration(c, self.parameters, self.modes).shapes
+        x = np.linspace(0.0, 1.0, DRAWN_POINTS)
+        shapes = mode_shapes(self.modes, x) if self.modes else np.zeros((DRAWN_POINTS, 0))
+        return self.parameters.r + x * self.parameters.L, shapes
 
     @contextmanager
     def compiled(self, threads: int) -> Iterator[AssumedModes | PrintedModes]:
         """Give the coefficients for compiled code."""
-        if self.form == "printed":
-            yield printed.printed_modes(self.parameters, self.modes, self.step)
-        else:
-            yield self.coefficients
+        consistent = self.coefficients
+        yield printed.printed_modes(consistent) if self.form == "printed" else consistent
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 (n+2),) at rest at joint angles (2,) [rad], beam straight."""
@@ -112,16 +171,17 @@ class AssumedModesPlant:
         eta = states[:, 2 : 2 + n]
         v = eta @ p.tip
         shortening = -np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2
-        x = np.linspace(0.0, 1.0, DRAWN_POINTS)
-        across = eta @ mode_shapes(n, x).T  # (K, P)
-        along = np.broadcast_to(self.parameters.r + x * self.parameters.L, across.shape)
+        along, shapes = self.drawn
+        across = eta @ shapes.T  # (K, P)
         return Observation(
             joint=states[:, :2].copy(),
             v=v,
             tip=tip_position(self.parameters, states[:, :2], v, shortening),
             modal=eta.copy(),
             energy=assumed_modes.energy(p, states) if energy else np.full(len(states), np.nan),
-            beam=_in_world(self.parameters.L_R, states[:, :2], along, across),
+            beam=_in_world(
+                self.parameters.L_R, states[:, :2], np.broadcast_to(along, across.shape), across
+            ),
         )
 
 
@@ -139,23 +199,30 @@ class ChainPlant:
 
     @classmethod
     def designed(
-        cls, parameters: Parameters, segments: int = 6, step: float | None = None
+        cls,
+        parameters: Parameters,
+        segments: int = 6,
+        step: float | None = None,
+        tuned: bool = True,
+        name: str = "chain",
     ) -> ChainPlant:
-        """Return the tuned chain of a robot, as `flexsim chain` writes it.
+        """Return the chain of a robot, as `flexsim chain` writes it.
 
         Args:
             parameters: the robot; segments: N.
             step: physics step [s]; None for 1 ms, halved until RK4 can take it.
+            tuned: whether positions and stiffnesses of the hinges are. name: of the plant.
 
         Raises:
             ParameterError, ModelError: segments or step out of range.
         """
-        design = design_chain(parameters, segments)
+        design = (design_chain if tuned else plain_chain)(parameters, segments)
         if step is None:
             step = LONGEST_STEP
             while step * FREE_OVER_CLAMPED * design.frequency[-1] >= RK4_LIMIT:
                 step /= 2
-        return cls(parameters, load_chain(text=chain_mjcf(parameters, design, timestep=step)))
+        text = chain_mjcf(parameters, design, timestep=step)
+        return cls(parameters, load_chain(text=text), name)
 
     @property
     def step(self) -> float:
@@ -222,7 +289,13 @@ class ChainPlant:
         return matrix
 
 
-Plant = AssumedModesPlant | ChainPlant
+def stable_modes_step(parameters: Parameters, modes: int, chain: ChainModel | None = None) -> float:
+    """Return 1 ms, halved until RK4 can take the assumed modes with free joints [s]."""
+    plant = AssumedModesPlant(parameters, modes, SHORTEST_STEP, chain=chain)
+    step = LONGEST_STEP
+    while step * plant.highest_frequency >= RK4_LIMIT:
+        step /= 2
+    return step
 
 
 def _in_world(L_R: float, theta: Array, along: Array, across: Array) -> Array:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flexsim.errors import ModelError
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
-from flexsim.traces import CHAIN, TIMELINE, spoken
+from flexsim.traces import CHAIN, TIMELINE, kind, spoken
 
 if TYPE_CHECKING:
     import mujoco
@@ -28,7 +28,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Stream = rr.RecordingStream
 
-COLOURS = {"assumed-modes": (240, 150, 30), "chain": (86, 180, 233), "reference": (200, 200, 200)}
+COLOURS = {
+    "assumed-modes": (240, 150, 30),
+    "chain": (86, 180, 233),
+    "rigid": (0, 158, 115),
+    "printed": (213, 94, 0),
+    "reference": (200, 200, 200),
+}
 OTHER_COLOUR = (204, 121, 167)
 LIFT = 0.014  # of the assumed-modes arm above the chain [m]; display only
 TRAIL_STEP = 0.002  # between the two tips' paths, so that neither flickers [m]; display only
@@ -42,7 +48,7 @@ CHAIN_BEAM_RADIUS = 0.005  # 1 mm of steel alone would hardly show from above [m
 
 def colour(name: str) -> tuple[int, int, int]:
     """Return the colour of a plant or of the reference, 0 to 255."""
-    return COLOURS.get(name, OTHER_COLOUR)
+    return COLOURS.get(kind(name), OTHER_COLOUR)
 
 
 def nanoseconds(time: Array) -> NDArray[np.timedelta64]:
@@ -190,10 +196,10 @@ def log_scene(stream: Stream, case: Case, parameters: Parameters) -> None:
     """
     scene = f"{case.name}/scene"
     stream.log(scene, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    for plant, motion in case.motions.items():
+    for i, (plant, motion) in enumerate(case.motions.items()):
         if not motion.time.size:
             continue
-        height = 0.0 if plant == CHAIN else LIFT
+        height = 0.0 if plant == CHAIN else LIFT * (len(case.motions) - i)
         if plant == CHAIN and case.chain_model is not None:
             _mjcf_arm(stream, f"{scene}/{plant}", motion, case.chain_model)
         else:

@@ -23,16 +23,24 @@ Array = NDArray[np.float64]
 TIMELINE = "simulation_time"  # [s]
 MM = 1000.0  # [mm/m]
 ASSUMED_MODES, CHAIN = "assumed-modes", "chain"
+USUAL_PAIR = "chain minus assumed modes"
 PANELS = {
     "tip_error": "tip error [mm]",
     "v": "tip deflection v [mm]",
-    "difference/tip": "tip, chain minus assumed modes [mm]",
-    "difference/v": "v, chain minus assumed modes [mm]",
+    "difference/tip": f"tip, {USUAL_PAIR} [mm]",
+    "difference/v": f"v, {USUAL_PAIR} [mm]",
     "torque": "torque [N m] · joint 1 bright, joint 2 dark",
     "joint": "joint angles [rad] · 1 bright, 2 dark, reference grey",
     "modal": "modal coordinates [mm] · 1 bright to 3 dark",
     "energy": "kinetic + elastic energy [J]",
 }
+
+
+def panels(motions: Mapping[str, Motion]) -> dict[str, str]:
+    """Return the titles of `PANELS`, those of differences with the names of the two plants."""
+    names = [spoken(plant) for plant in motions]
+    pair = f"{names[1]} minus {names[0]}" if len(names) == 2 else USUAL_PAIR
+    return {path: title.replace(USUAL_PAIR, pair) for path, title in PANELS.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +59,14 @@ class Trace:
     values: Array
 
 
+def kind(plant: str) -> str:
+    """Return a plant's name without its size: 'chain' for 'chain:10'."""
+    return plant.partition(":")[0]
+
+
 def spoken(plant: str) -> str:
-    """Return the plant's name as text shows it: 'assumed modes', 'chain'."""
-    return plant.replace("-", " ")
+    """Return the plant's name as text shows it: 'assumed modes', 'chain', 'chain 10'."""
+    return plant.replace("-", " ").replace(":", " ")
 
 
 def _columns(motion: Motion) -> dict[str, tuple[tuple[str, ...], Array]]:
@@ -76,24 +89,24 @@ def longest(motions: Mapping[str, Motion]) -> Motion:
 
 
 def difference(motions: Mapping[str, Motion], of: Callable[[Motion], Array]) -> tuple[Array, Array]:
-    """Return the times that both plants reached (K,) [s] and chain minus assumed modes there.
+    """Return the times that both plants reached (K,) [s] and the second minus the first there.
 
     Raises:
         ParameterError: the two were not sampled at the same times.
     """
-    modes, chain = motions[ASSUMED_MODES], motions[CHAIN]
-    k = min(modes.time.size, chain.time.size)
-    if not np.allclose(modes.time[:k], chain.time[:k], rtol=0, atol=1e-9):
+    (one, first), (other, second) = motions.items()
+    k = min(first.time.size, second.time.size)
+    if not np.allclose(first.time[:k], second.time[:k], rtol=0, atol=1e-9):
         raise ParameterError(
-            "the motions of assumed-modes and chain are sampled at different times; "
+            f"the motions of {one} and {other} are sampled at different times; "
             "thin both by the same stride"
         )
-    return modes.time[:k], of(chain)[:k] - of(modes)[:k]
+    return first.time[:k], of(second)[:k] - of(first)[:k]
 
 
 def _differences(motions: Mapping[str, Motion]) -> list[Trace]:
-    """Return the difference between the plants, where both of them are there."""
-    if not {ASSUMED_MODES, CHAIN} <= set(motions):
+    """Return the difference between the plants, where there are two of them."""
+    if len(motions) != 2:
         return []
     time, tip = difference(motions, lambda motion: motion.tip)
     _, v = difference(motions, lambda motion: motion.v)

@@ -30,7 +30,7 @@ from flexsim.compiled import compiled
 from flexsim.errors import ParameterError
 from flexsim.friction import Friction
 from flexsim.linear import LinearPlant, linearise
-from flexsim.robots import ChainPlant, Plant
+from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.trajectories import Reference
 
 Array = NDArray[np.float64]
@@ -187,6 +187,7 @@ def _deflection(plant: Plant, q: Array) -> tuple[Array, Array]:
     if isinstance(plant, ChainPlant):
         along, across = plant.shape(q)
         return along[:, -1], across[:, -1]
+    assert isinstance(plant, AssumedModesPlant)  # as `linearise` has made sure
     p, eta = plant.coefficients, q[:, 2:]
     return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
 
@@ -232,8 +233,9 @@ def _needed_force(plant: Plant, q: Array, w: Array, a: Array) -> Array:
             mujoco.mj_inverse(model, data)
             force[k] = data.qfrc_inverse
         return force
+    assert isinstance(plant, AssumedModesPlant)
     misprints = printed.AS_PRINTED if plant.form == "printed" else 0  # none: the consistent form
-    modes = printed.printed_modes(plant.parameters, plant.modes, plant.step, misprints)
+    modes = printed.printed_modes(plant.coefficients, misprints)
     _modes_forces(modes, q, w, a, force)
     return force
 

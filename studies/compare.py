@@ -12,10 +12,12 @@ are compared by these only.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -28,13 +30,16 @@ from flexsim.metrics import measures
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
 from flexsim.recording import Case
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.robot_file import Robot
+from flexsim.robots import ChainPlant, Plant
 from flexsim.settings import setting
 from flexsim.simulate import closed_loop
+from flexsim.traces import CHAIN
 from flexsim.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
 from flexsim.true_tip import dead_zone_error, shaped_reference
 from studies.compare_report import Comparison, print_report, write_report
 from studies.figures import paper_envelopes
+from studies.robot_options import RobotOptions
 from studies.run_folder import run_folder, to_json
 
 Array = NDArray[np.float64]
@@ -52,8 +57,11 @@ MEDIANS = ("envelope", "max_error", "rms_error", "max_v", "residual_v", "index")
 
 
 @dataclass(frozen=True)
-class CompareConfig:
+class CompareConfig(RobotOptions):
     """Run the controllers on both plants: table, figures and a recording."""
+
+    plants: tuple[str, str] = ("assumed-modes", "chain")
+    """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N], rod."""
 
     out: Path = Path("runs/compare")
     """Folder of the run, made anew."""
@@ -67,16 +75,16 @@ class CompareConfig:
     """Friction, limits and motors of our controllers: none, print, joint or reconstructed."""
     period: float = 1e-3
     """Control period [s], the paper's; a whole multiple of the physics steps."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of chains whose name has no number; 6 unless given."""
     modes: int = 3
-    """Assumed modes, n."""
-    step: float = 1e-3
-    """Physics step of the assumed modes [s]."""
+    """Assumed modes, n, where the name has no number."""
+    step: float | None = None
+    """Physics step of assumed modes [s]; 1 ms, halved until RK4 can take it, unless given."""
     chain_step: float | None = None
-    """Physics step of the chain [s]; 1 ms, halved until RK4 can take it, unless given."""
+    """Physics step of chains [s]; 1 ms, halved until RK4 can take it, unless given."""
     robot: Parameters = field(default_factory=Parameters)
-    """The robot, on both plants."""
+    """The robot, on both plants, without --mjcf."""
     line: Trajectory = TRAJECTORIES["line"]
     """Our line; the reconstructed one is part of its fit."""
     two_loop: Trajectory = TRAJECTORIES["two-loop"]
@@ -157,13 +165,13 @@ def true_tip_tasks(paths: dict[str, Trajectory], setting_name: str) -> list[Task
     ]
 
 
-def plants_of(config: CompareConfig, setting_name: str) -> tuple[AssumedModesPlant, ChainPlant]:
+def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
     """Return both plants with a setting's motors."""
-    robot = setting(setting_name).applied(config.robot)
-    return (
-        AssumedModesPlant(robot, modes=config.modes, step=config.step),
-        ChainPlant.designed(robot, segments=config.segments, step=config.chain_step),
+    robot, motors, c = config.robot_of(config.robot), setting(setting_name), config
+    one, other = (
+        robot.plant(name, motors, c.modes, c.segments, c.step, c.chain_step) for name in c.plants
     )
+    return one, other
 
 
 def perturbed(controller: Controller, count: int, rng: np.random.Generator) -> list[Controller]:
@@ -183,7 +191,7 @@ def perturbed(controller: Controller, count: int, rng: np.random.Generator) -> l
 
 def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str, Any], Motion]:
     """Return the row of one case on one plant, and the unperturbed motion, thinned."""
-    ref = reference(task.trajectory, config.robot, config.period)
+    ref = reference(task.trajectory, plant.parameters, config.period)
     chosen = setting(task.setting)
     nominal = task.controller.filters(config.period)
     if task.shaped:
@@ -207,7 +215,7 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str,
     }
     simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
     row |= {"paper_simulation": simulation, "paper_laboratory": laboratory}
-    hidden = dead_zone_error(nominal, chosen.friction)[1] * config.robot.reach
+    hidden = dead_zone_error(nominal, chosen.friction)[1] * plant.parameters.reach
     row["dead_zone_error"] = float(hidden)  # [m] at the tip
     return row, motion
 
@@ -246,6 +254,9 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
+    if config.plants[0] == config.plants[1]:
+        raise ParameterError(f"plants are {' '.join(config.plants)}; give two different ones")
+    robot = config.robot_of(config.robot)
     todo = tasks(config)
     bar = progress.add_task("compare", total=2 * len(todo)) if progress else None
     names = dict.fromkeys(task.setting for task in todo)
@@ -271,12 +282,27 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
                 task.label,
                 task.setting,
                 motions,
-                plants[task.setting][1].chain.model,
-                reference(task.trajectory, config.robot, config.period),
+                drawn_model(plants[task.setting]),
+                reference(task.trajectory, robot.parameters, config.period),
             )
         )
-    texts = {f"chain_{name}.xml": chain.chain.text for name, (_, chain) in plants.items()}
-    return Comparison(rows, cases, texts)
+    return Comparison(rows, cases, robot, mjcf_texts(plants, robot))
+
+
+def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:
+    """Return the compiled model of the plant 'chain', if it is there."""
+    chains = [plant for plant in plants if isinstance(plant, ChainPlant) and plant.name == CHAIN]
+    return chains[0].chain.model if chains else None
+
+
+def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str, str]:
+    """Return the MJCF of every designed chain by file name; a robot's own file is kept apart."""
+    return {
+        f"{plant.name.replace(':', '')}_{name}.xml": plant.chain.text
+        for name, every in plants.items()
+        for plant in every
+        if isinstance(plant, ChainPlant) and robot.file is None
+    }
 
 
 def tip_difference(first: Motion, second: Motion) -> float | None:

@@ -11,16 +11,20 @@ from rich.console import Console
 from rich.table import Table
 
 from flexsim.recording import Case, write_recording
+from flexsim.robot_file import Robot
+from flexsim.traces import spoken
 from studies.figures import case_figure, summary_figure
+from studies.robot_options import keep_file, print_differences
 from studies.run_folder import versions, write_config, write_rows
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows for the table, two per case, and cases for figures; MJCF texts by file name."""
+    """Rows for the table, two per case, cases for figures, the robot; MJCF texts by file name."""
 
     rows: list[dict[str, Any]]
     cases: list[Case]
+    robot: Robot
     mjcf: dict[str, str]
 
 
@@ -29,6 +33,7 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
     write_config(folder, config, cases=[case.name for case in result.cases])
     for name, text in result.mjcf.items():
         (folder / name).write_text(text)
+    keep_file(folder, result.robot)
     write_rows(folder / "results.csv", result.rows)
     (folder / "figures").mkdir()
     for case in result.cases:
@@ -37,7 +42,7 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
     summary_figure(shown, folder / "figures" / "envelopes.png")
     about = {name.replace("-", "_"): text for name, text in versions().items()}
     about |= {"seed": str(config.seed), "control_period": f"{config.period} s"}
-    write_recording(folder / "run.rrd", result.cases, about, config.robot)
+    write_recording(folder / "run.rrd", result.cases, about, result.robot.parameters)
 
 
 def _mm(value: float | None) -> str:
@@ -101,14 +106,17 @@ def verdict(rows: list[dict[str, Any]]) -> str:
         for modes, chain in zip(rows[::2], rows[1::2], strict=True)
         if chain["envelope"] and modes["envelope"]
     ]
-    spread = f"{min(ratios):.2f} to {max(ratios):.2f}" if ratios else "an unknown number of"
-    return f"{held} of {len(rows)} hold; the chain's envelope is {spread} times the assumed modes'."
+    spread = f"{min(ratios):.2f} to {max(ratios):.2f} times" if ratios else "an unknown multiple of"
+    one, other = (spoken(row["plant"]) for row in rows[:2])
+    return f"{held} of {len(rows)} hold; envelopes of the {other} are {spread} those of the {one}."
 
 
 def print_report(result: Comparison, out: Path) -> None:
     """Print a table for our controllers and one for Table 2's, each with its verdict."""
     console = Console(highlight=False)
-    console.print("In mm: assumed modes | chain\n")
+    print_differences(result.robot, console)
+    plants = " | ".join(spoken(row["plant"]) for row in result.rows[:2])
+    console.print(f"In mm: {plants}\n")
     for group, name in (("ours", "Our controllers"), ("Table 2", "The paper's Table 2")):
         mine = [row for row in result.rows if row["group"] == group]
         title = f"{name}, setting {mine[0]['setting']}: envelope half-width, errors, v"

@@ -20,7 +20,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from flexsim.errors import ParameterError, RunError
 from flexsim.motion import Motion
-from flexsim.traces import MM, spoken
+from flexsim.traces import MM, kind, spoken
 
 if TYPE_CHECKING:
     from flexsim.recording import Case
@@ -30,8 +30,11 @@ if TYPE_CHECKING:
 STYLES: dict[str, dict[str, Any]] = {
     "assumed-modes": {"color": "#E69F00", "linewidth": 4.2, "solid_capstyle": "round"},
     "chain": {"color": "#0072B2", "linewidth": 1.5, "solid_capstyle": "round"},
+    "rigid": {"color": "#009E73", "linewidth": 1.5},
+    "printed": {"color": "#D55E00", "linewidth": 1.5},
+    "untuned": {"color": "#56B4E9", "linewidth": 1.5},
 }
-OTHER_STYLE: dict[str, Any] = {"color": "#009E73", "linewidth": 1.3}
+OTHER_STYLE: dict[str, Any] = {"color": "#CC79A7", "linewidth": 1.5}
 REFERENCE_STYLE: dict[str, Any] = {"color": "0.74", "linewidth": 7.5, "linestyle": (0, (1.4, 0.6))}
 DPI = 100
 CASE_SIZE = (16.0, 9.5)  # [in], 1600 px wide
@@ -50,7 +53,7 @@ PAPER_ENVELOPES = {
 
 def _style(plant: str) -> dict[str, Any]:
     """Return how a plant's curve is drawn."""
-    return STYLES.get(plant, OTHER_STYLE)
+    return STYLES.get(kind(plant), OTHER_STYLE)
 
 
 def _save(figure: Figure, path: Path) -> None:
@@ -174,7 +177,7 @@ def _row_name(row: Mapping[str, Any]) -> str:
 def _draw_row(axes: Axes, row: Mapping[str, Any], height: float) -> None:
     """Draw one plant's half-width, or a note that it diverged."""
     colour = _style(row["plant"])["color"]
-    marker = PLANT_MARKERS.get(row["plant"], "D")
+    marker = PLANT_MARKERS.get(kind(row["plant"]), "D")
     if row["diverged"]:
         place = axes.get_yaxis_transform()
         text = f"{spoken(row['plant'])} diverged"
@@ -186,7 +189,7 @@ def _draw_row(axes: Axes, row: Mapping[str, Any], height: float) -> None:
 def _draw_legend(axes: Axes, plants: Sequence[str]) -> None:
     """Draw the legend of the summary, above it."""
     for plant in plants:
-        marker = PLANT_MARKERS.get(plant, "D")
+        marker = PLANT_MARKERS.get(kind(plant), "D")
         axes.plot([], [], marker, color=_style(plant)["color"], markersize=10, label=spoken(plant))
     for label, marker in PAPER_MARKERS:
         axes.plot([], [], marker, color="0.15", markersize=13, markeredgewidth=2, label=label)

@@ -101,7 +101,7 @@ class MisprintedPlant(AssumedModesPlant):
     @contextmanager
     def compiled(self, threads: int) -> Iterator[PrintedModes]:
         """Give the coefficients for compiled code."""
-        yield printed_modes(self.parameters, self.modes, self.step, self.misprints)
+        yield printed_modes(self.coefficients, self.misprints)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,16 +13,16 @@ import tyro
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
-from scipy.linalg import eigh
 
 from flexsim.assumed_modes import free_frequencies
 from flexsim.beam import modal_integrals, mode_shapes
-from flexsim.chain import ChainModel, highest_frequency, load_chain, longest_step, mass_matrix
-from flexsim.chain import stiffness_matrix as stiffness_of
-from flexsim.errors import ModelError
+from flexsim.chain import ChainModel, highest_frequency, longest_step
+from flexsim.chain_modes import clamped_damping, vibration
+from flexsim.errors import ParameterError
 from flexsim.exact import clamped_frequencies, joint_free_frequencies
 from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant
+from flexsim.robot_file import Robot
+from studies.robot_options import RobotOptions, print_differences
 from studies.run_folder import to_json
 
 Array = NDArray[np.float64]
@@ -32,71 +32,24 @@ HERTZ = 1 / (2 * np.pi)
 
 
 @dataclass(frozen=True)
-class ModesConfig:
+class ModesConfig(RobotOptions):
     """Compare frequencies and mode shapes: exact, assumed modes, chain."""
 
-    mjcf: tyro.conf.Positional[Path | None] = None
-    """MJCF file of the chain; the default chain of 6 segments unless given."""
+    file: tyro.conf.Positional[Path | None] = None
+    """The MJCF file, as --mjcf."""
     json: bool = False
     """Print one JSON object instead of tables."""
 
+    @property
+    def named(self) -> RobotOptions:
+        """The robot's file, however it was given.
 
-@dataclass(frozen=True, eq=False)
-class ChainModes:
-    """Linear properties of a compiled chain, the first three modes (3,).
-
-    Attributes:
-        clamped, joint_free: frequencies [rad/s], joints locked and free, beam straight, theta2 = 0.
-        shapes: (N+2, 3) transverse displacement at clamp, hinges, tip, of modes whose modal mass
-            is rho L, as (15) has it, positive at the tip of the first.
-        Phi, moment: couplings int chi dx [m] and int (x-r) chi dx [m2]; tip: tip values.
-        compliance: static tip deflection per tip force [m/N].
-    """
-
-    clamped: Array
-    joint_free: Array
-    shapes: Array
-    Phi: Array
-    moment: Array
-    tip: Array
-    compliance: float
-
-
-def chain_modes(chain: ChainModel, parameters: Parameters, n: int = COMPARED) -> ChainModes:
-    """Return the linear properties of a chain as MuJoCo compiled it.
-
-    Args:
-        chain: the model; parameters: of the beam it stands for; n: how many modes.
-
-    Raises:
-        ModelError: the chain has fewer than n hinges along the beam.
-    """
-    model = chain.model
-    if model.nv - 2 < n:
-        raise ModelError(
-            f"{chain.source}: has {model.nv - 2} hinges along the beam; at least {n} are needed"
-        )
-    M, K = mass_matrix(model, np.zeros(model.nq)), stiffness_of(model)
-    squared, vectors = eigh(K[2:, 2:], M[2:, 2:])
-    vectors = vectors[:, :n] * np.sqrt(parameters.rho * parameters.L)  # modal mass rho L
-    angle = np.cumsum(vectors, axis=0)  # of each segment
-    across = np.vstack([np.zeros((2, n)), np.cumsum(chain.lengths[:, None] * angle, axis=0)])
-    signs = np.sign(across[-1]) * (-1.0) ** np.arange(n)  # tip values 2, -2, 2
-    vectors, across = vectors * signs, across * signs
-    free, _ = eigh(K, M)
-    X = M[1, 2:] @ vectors / parameters.rho  # int x chi
-    Phi = (M[0, 2:] - M[1, 2:]) @ vectors / (parameters.rho * chain.L_R)
-    arm = np.append(0.0, np.cumsum(chain.lengths))
-    lever = arm[-1] - arm[:-1]  # from each hinge to the tip
-    return ChainModes(
-        clamped=np.sqrt(squared[:n]),
-        joint_free=np.sqrt(free[2 : 2 + n]),
-        shapes=across,
-        Phi=Phi,
-        moment=X - chain.clamp * Phi,
-        tip=across[-1],
-        compliance=float(lever @ np.linalg.solve(K[2:, 2:], lever)),
-    )
+        Raises:
+            ParameterError: it was given twice.
+        """
+        if self.file is not None and self.mjcf is not None:
+            raise ParameterError(f"two MJCF files are given, {self.file} and {self.mjcf}; give one")
+        return RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +59,7 @@ class ModesResult:
     source: str
     clamped_hz: dict[str, Array]
     joint_free_hz: dict[str, Array]
+    damping_ratio: dict[str, Array]  # of the clamped modes, without "exact": the beam has none
     couplings: dict[str, dict[str, Array]]  # by name, then by model
     coupling_error_max: float
     static_compliance: dict[str, float]
@@ -116,24 +70,39 @@ class ModesResult:
 
 
 def run(config: ModesConfig) -> ModesResult:
-    """Return frequencies, couplings and shapes of the exact beam and of both plants."""
+    """Return frequencies, couplings and shapes of the paper's beam and of both plants."""
+    return compared(config.named.robot_of())
+
+
+def compared(robot: Robot) -> ModesResult:
+    """Return frequencies, couplings and shapes of the paper's beam and of a robot's plants.
+
+    Raises:
+        ModelError: its file has fewer hinges than modes are compared, or what no mode has.
+    """
     p = Parameters()
-    plant = AssumedModesPlant(p)
-    chain = load_chain(config.mjcf) if config.mjcf else ChainPlant.designed(p).chain
-    found = chain_modes(chain, p)
+    plant, chain_plant = robot.both(modes=COMPARED)
+    chain = chain_plant.chain
+    found = vibration(chain, chain_plant.parameters, COMPARED)
     integrals = modal_integrals(p, COMPARED)
-    couplings = {  # exact, also the assumed modes' by construction; chain
-        "Phi_i (m)": (integrals.Phi, found.Phi),
-        "int (x-r) chi_i (m2)": (integrals.x_chi - p.r * integrals.Phi, found.moment),
-        "chi_i(tip)": (integrals.tip, found.tip),
+    coefficients, own = plant.coefficients, plant.parameters
+    Phi = coefficients.P / own.rho
+    couplings = {  # exact, assumed modes, chain
+        "Phi_i (m)": (integrals.Phi, Phi, found.Phi),
+        "int (x-r) chi_i (m2)": (
+            integrals.x_chi - p.r * integrals.Phi,
+            coefficients.X / own.rho - own.r * Phi,
+            found.moment,
+        ),
+        "chi_i(tip)": (integrals.tip, coefficients.tip, found.tip),
     }
-    errors = [float(np.abs(chain / exact - 1).max()) for exact, chain in couplings.values()]
-    coefficients = plant.coefficients
+    errors = [float(np.abs(chain / exact - 1).max()) for exact, _, chain in couplings.values()]
+    clamped = np.sqrt(coefficients.stiffness / coefficients.mass)
     return ModesResult(
-        source=chain.source if config.mjcf else "default chain of 6 segments",
+        source=source_of(robot),
         clamped_hz={
             "exact": clamped_frequencies(p, COMPARED) * HERTZ,
-            "assumed_modes": np.sqrt(coefficients.stiffness / coefficients.mass) * HERTZ,
+            "assumed_modes": clamped * HERTZ,
             "chain": found.clamped * HERTZ,
         },
         joint_free_hz={
@@ -141,14 +110,18 @@ def run(config: ModesConfig) -> ModesResult:
             "assumed_modes": free_frequencies(coefficients) * HERTZ,
             "chain": found.joint_free * HERTZ,
         },
+        damping_ratio={
+            "assumed_modes": np.diag(coefficients.damping) / (2 * clamped * coefficients.mass),
+            "chain": clamped_damping(chain)[:COMPARED],
+        },
         couplings={
-            name: {"exact": exact, "assumed_modes": exact, "chain": values}
-            for name, (exact, values) in couplings.items()
+            name: dict(zip(("exact", "assumed_modes", "chain"), values, strict=True))
+            for name, values in couplings.items()
         },
         coupling_error_max=max(*errors, abs(found.compliance / p.static_compliance - 1)),
         static_compliance={
             "exact": p.static_compliance,
-            "assumed_modes": float(np.sum(integrals.tip**2 / coefficients.stiffness)),
+            "assumed_modes": float(np.sum(coefficients.tip**2 / coefficients.stiffness)),
             "chain": found.compliance,
         },
         mac=modal_assurance(chain, found.shapes),
@@ -159,6 +132,11 @@ def run(config: ModesConfig) -> ModesResult:
         step=chain.step,
         step_limit=longest_step(chain.model),
     )
+
+
+def source_of(robot: Robot) -> str:
+    """Return the name of a robot's file, as titles have it."""
+    return robot.file.source if robot.file is not None else "default chain of 6 segments"
 
 
 def modal_assurance(chain: ChainModel, shapes: Array) -> Array:
@@ -192,11 +170,16 @@ def _coupling_table(result: ModesResult) -> Table:
     for heading in ("mode 1", "mode 2", "mode 3"):
         table.add_column(heading, justify="right")
     for name, values in result.couplings.items():
-        table.add_row(f"{name}, beam and assumed modes", *[f"{x:+.7f}" for x in values["exact"]])
+        table.add_row(f"{name}, beam", *[f"{x:+.7f}" for x in values["exact"]])
+        table.add_row("  assumed modes", *[f"{x:+.7f}" for x in values["assumed_modes"]])
         table.add_row("  chain", *[f"{x:+.7f}" for x in values["chain"]])
         errors = values["chain"] / values["exact"] - 1
         table.add_row("  difference", *[f"{x:+.1e}" for x in errors], end_section=True)
     table.add_row("MAC, chain to beam", *[f"{value:.6f}" for value in result.mac])
+    if np.any(result.damping_ratio["chain"]):
+        for model, ratios in result.damping_ratio.items():
+            label = f"damping ratio, {model.replace('_', ' ')}"
+            table.add_row(label, *[f"{ratio:.6f}" for ratio in ratios])
     return table
 
 
@@ -207,7 +190,13 @@ def command(config: ModesConfig) -> None:
         print(to_json(vars(result)))
         return
     console = Console()
-    console.print(f"Chain: {result.source}", highlight=False)
+    print_differences(config.named.robot_of(), console)
+    print_modes(result, console)
+
+
+def print_modes(result: ModesResult, console: Console) -> None:
+    """Print frequencies, couplings and what bounds the step."""
+    console.print(f"Chain: {result.source}; exact: the paper's beam", highlight=False)
     console.print(_frequency_table("Clamped beam, frequencies (Hz)", result.clamped_hz))
     console.print(
         _frequency_table("Both joints free, straight arm, frequencies (Hz)", result.joint_free_hz)
@@ -217,7 +206,7 @@ def command(config: ModesConfig) -> None:
     console.print(
         f"Static tip compliance (m/N): exact {compliance['exact']:.6f}, assumed modes "
         f"{compliance['assumed_modes']:.6f}, chain {compliance['chain']:.6f}\n"
-        f"Largest coupling error of the chain: {100 * result.coupling_error_max:.3f} %\n"
+        f"Largest coupling error, chain to beam: {100 * result.coupling_error_max:.3f} %\n"
         f"Highest frequency (rad/s): assumed modes {result.omega_max['assumed_modes']:.0f}, chain "
         f"{result.omega_max['chain']:.0f}",
         highlight=False,

@@ -212,16 +212,15 @@ def test_an_unstable_controller_is_reported_as_diverged(
 
 
 def test_verdict_counts_and_compares() -> None:
+    given = [(False, 0.010), (False, 0.012), (False, 0.020), (True, None)]
     rows: list[dict[str, Any]] = [
-        {"diverged": False, "envelope": 0.010},
-        {"diverged": False, "envelope": 0.012},
-        {"diverged": False, "envelope": 0.020},
-        {"diverged": True, "envelope": None},
+        {"plant": plant, "diverged": diverged, "envelope": envelope}
+        for plant, (diverged, envelope) in zip(["assumed-modes", "chain:8"] * 2, given, strict=True)
     ]
     assert verdict(rows) == (
-        "3 of 4 hold; the chain's envelope is 1.20 to 1.20 times the assumed modes'."
+        "3 of 4 hold; envelopes of the chain 8 are 1.20 to 1.20 times those of the assumed modes."
     )
-    assert verdict(rows[2:]).startswith("1 of 2 hold; the chain's envelope is an unknown")
+    assert verdict(rows[2:]).startswith("1 of 2 hold; envelopes of the chain 8 are an unknown")
 
 
 def test_tip_difference_is_over_what_both_ran() -> None:

@@ -12,9 +12,10 @@ import pytest
 
 from flexsim import ModelError, Parameters, load_chain
 from flexsim.chain_design import design_chain
+from flexsim.chain_modes import vibration
 from flexsim.parameters import PRINTED_BETA_L
 from studies.main import main
-from studies.modes import ModesConfig, chain_modes, modal_assurance, run
+from studies.modes import ModesConfig, modal_assurance, run
 
 MODELS = Path(__file__).parent.parent / "models"
 CHAIN6 = MODELS / "chain6.xml"
@@ -82,7 +83,7 @@ def test_static_compliance_in_closed_form() -> None:
 def test_compiled_chain_is_the_design() -> None:
     """Two codes, one chain: MuJoCo's matrices against the design's closed forms."""
     design = design_chain(P, 6)
-    found = chain_modes(load_chain(CHAIN6), P)
+    found = vibration(load_chain(CHAIN6), P)
     result = run(ModesConfig(CHAIN6))
     np.testing.assert_allclose(found.clamped, design.frequency[:3], rtol=TWELVE_DIGITS)
     for name, errors in (
@@ -122,8 +123,8 @@ def test_stiffness_goes_with_the_square_of_frequency(tmp_path: Path) -> None:
     """README: multiply every hinge's stiffness, the frequencies go with its square root."""
     text = CHAIN6.read_text()
     stiffer = re.sub(r'stiffness="([^"]*)"', lambda m: f'stiffness="{4 * float(m[1])!r}"', text)
-    usual = chain_modes(load_chain(CHAIN6), P)
-    found = chain_modes(load_chain(text=stiffer), P)
+    usual = vibration(load_chain(CHAIN6), P)
+    found = vibration(load_chain(text=stiffer), P)
     np.testing.assert_allclose(found.clamped, 2 * usual.clamped, rtol=TWELVE_DIGITS)
     np.testing.assert_allclose(found.joint_free, 2 * usual.joint_free, rtol=TWELVE_DIGITS)
     assert found.compliance == pytest.approx(usual.compliance / 4, rel=TWELVE_DIGITS)
@@ -143,7 +144,7 @@ def test_an_edited_file_is_followed(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_mac_tells_shapes_apart() -> None:
     chain = load_chain(CHAIN6)
-    shapes = chain_modes(chain, P).shapes
+    shapes = vibration(chain, P).shapes
     assert (modal_assurance(chain, shapes) > 0.99).all()
     assert (modal_assurance(chain, shapes[:, ::-1])[[0, 2]] < 0.5).all()  # modes 3 and 1 exchanged
 

@@ -47,7 +47,8 @@ def printed(p: PrintedModes, q: np.ndarray, w: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_without_misprints_it_is_the_consistent_model(n: int) -> None:
     parameters = Parameters(I_m1=0.1, I_m2=0.03, r_1=2.0, r_2=0.5, F_1=0.3, F_2=0.7)
-    corrected, p = printed_modes(parameters, n, misprints=0), assumed_modes(parameters, n)
+    p = assumed_modes(parameters, n)
+    corrected = printed_modes(p, misprints=0)
     for seed in range(10):
         q, w = random_state(seed, n)
         consistent = np.empty(n + 2)
@@ -61,8 +62,8 @@ def test_without_misprints_it_is_the_consistent_model(n: int) -> None:
 @pytest.mark.parametrize("misprint", MISPRINTS)
 def test_each_misprint_alone_changes_the_acceleration(misprint: str, n: int) -> None:
     switch = MISPRINTS[misprint]
-    corrected = printed_modes(PARAMETERS, n, misprints=0)
-    changed = printed_modes(PARAMETERS, n, misprints=switch)
+    corrected = printed_modes(assumed_modes(PARAMETERS, n), misprints=0)
+    changed = printed_modes(assumed_modes(PARAMETERS, n), misprints=switch)
     largest = 0.0
     for seed in range(5):
         q, w = random_state(seed, n)
@@ -76,13 +77,13 @@ def test_each_misprint_alone_changes_the_acceleration(misprint: str, n: int) -> 
 
 def test_as_printed_is_all_four_and_the_default() -> None:
     assert MASS_37 | SHORTENING_39 | INDICES_43 | SQUARE_46 == AS_PRINTED == 15
-    assert printed_modes(PARAMETERS).misprints == AS_PRINTED
+    assert printed_modes(assumed_modes(PARAMETERS)).misprints == AS_PRINTED
 
 
 def test_mass_of_37_has_the_wrong_sign_of_one_term() -> None:
     q, _ = random_state(0, 3)
-    difference = printed_mass(printed_modes(PARAMETERS, 3, misprints=MASS_37), q)
-    difference -= printed_mass(printed_modes(PARAMETERS, 3, misprints=0), q)
+    difference = printed_mass(printed_modes(assumed_modes(PARAMETERS, 3), misprints=MASS_37), q)
+    difference -= printed_mass(printed_modes(assumed_modes(PARAMETERS, 3), misprints=0), q)
     eta, M = q[2:], assumed_modes(PARAMETERS, 3).M
     term = PARAMETERS.L_R * np.cos(q[1]) * (eta @ M @ eta)  # twice the half of (37)
     expected = np.zeros((5, 5))
@@ -92,8 +93,10 @@ def test_mass_of_37_has_the_wrong_sign_of_one_term() -> None:
 
 def test_mass_of_39_lacks_the_rate_of_the_shortening() -> None:
     q, _ = random_state(0, 3)
-    difference = printed_mass(printed_modes(PARAMETERS, 3, misprints=SHORTENING_39), q)
-    difference -= printed_mass(printed_modes(PARAMETERS, 3, misprints=0), q)
+    difference = printed_mass(
+        printed_modes(assumed_modes(PARAMETERS, 3), misprints=SHORTENING_39), q
+    )
+    difference -= printed_mass(printed_modes(assumed_modes(PARAMETERS, 3), misprints=0), q)
     term = PARAMETERS.L_R * np.sin(q[1]) * assumed_modes(PARAMETERS, 3).M @ q[2:]
     np.testing.assert_allclose(difference[0, 2:], term, rtol=ROUNDING)
     assert not difference[:2, :2].any() and not difference[2:, 2:].any()
@@ -101,8 +104,10 @@ def test_mass_of_39_lacks_the_rate_of_the_shortening() -> None:
 
 def test_stiffness_of_43_is_not_symmetric_although_the_paper_calls_it_so() -> None:
     q, w = random_state(0, 3)
-    corrected = printed_stiffness(printed_modes(PARAMETERS, 3, misprints=0), q, w)
-    as_printed = printed_stiffness(printed_modes(PARAMETERS, 3, misprints=INDICES_43), q, w)
+    corrected = printed_stiffness(printed_modes(assumed_modes(PARAMETERS, 3), misprints=0), q, w)
+    as_printed = printed_stiffness(
+        printed_modes(assumed_modes(PARAMETERS, 3), misprints=INDICES_43), q, w
+    )
     scale = np.abs(corrected - np.diag(np.diag(corrected))).max()
     np.testing.assert_allclose(corrected, corrected.T, atol=ROUNDING * scale)
     assert np.abs(as_printed - as_printed.T).max() > 0.1 * scale

@@ -1,0 +1,140 @@
+"""What does an edited MJCF file change? Its compiled numbers against the default's, by name.
+
+    >>> differences(load_chain("my.xml"))
+    [Difference(element='segment6', attribute='mass [kg]', default='0.0121039', yours='0.0621039')]
+
+The default is the tuned chain of the paper's beam with as many segments as the file, so that
+another number of them is one difference, not a hundred.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from flexsim.chain import ChainModel
+from flexsim.chain_design import SEGMENTS_LEAST, SEGMENTS_MOST
+from flexsim.chain_modes import parameters_of
+from flexsim.parameters import Parameters
+from flexsim.robots import ChainPlant
+
+SEGMENTS = 6  # of the default
+RELATIVE, ABSOLUTE = 1e-9, 1e-12  # below which numbers are the same: files have 12 digits
+ABSENT = "-"
+
+BODY = (("pos", "m"), ("quat", "-"), ("mass", "kg"), ("ipos", "m"), ("inertia", "kg m2"))
+JOINT = (
+    ("pos", "m"),
+    ("axis", "-"),
+    ("stiffness", "N m/rad"),
+    ("damping", "N m s/rad"),
+    ("armature", "kg m2"),
+    ("frictionloss", "N m"),
+    ("range", "rad"),
+    ("springref", "rad"),
+)
+NAMES = {"ipos": "inertial pos"}
+BEAM = (("L", "m"), ("rho", "kg/m"), ("EI", "N m2"))  # of the equivalent uniform beam
+
+
+class Difference(NamedTuple):
+    """One number that differs, as text; elements with the same change share a row."""
+
+    element: str
+    attribute: str
+    default: str
+    yours: str
+
+
+def differences(chain: ChainModel) -> list[Difference]:
+    """Return what a file changes, options first, then bodies, joints, sites, motors, by name."""
+    segments = len(chain.lengths)
+    tunable = SEGMENTS_LEAST <= segments <= SEGMENTS_MOST
+    default = ChainPlant.designed(Parameters(), segments if tunable else SEGMENTS)
+    found = []
+    if segments != SEGMENTS:
+        found.append(Difference("beam", "segments", str(SEGMENTS), str(segments)))
+    found += _robot(default.chain, chain)
+    usual, own = dict(_values(default.chain.model)), dict(_values(chain.model))
+    if segments != SEGMENTS:
+        usual[("option", "timestep [s]")] = np.array([1e-3])
+    found += _changed(usual, own)
+    return _shared(found)
+
+
+def _robot(default: ChainModel, chain: ChainModel) -> Iterator[Difference]:
+    """Give what changes of the beam as a whole, in the numbers of the equivalent uniform one."""
+    usual, own = parameters_of(default), parameters_of(chain)
+    for symbol, unit in BEAM:
+        before, after = getattr(usual, symbol), getattr(own, symbol)
+        if abs(after / before - 1) > RELATIVE:
+            label = f"{symbol} [{unit}]"
+            yield Difference("beam, as a uniform one", label, f"{before:.6g}", f"{after:.6g}")
+
+
+def _values(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], Any]]:
+    """Give ((element, attribute with unit), numbers) of all that acts on the motion."""
+    yield ("option", "timestep [s]"), np.array([model.opt.timestep])
+    yield ("option", "integrator"), np.array([float(model.opt.integrator)])
+    for i in range(1, model.nbody):
+        body = model.body(i)
+        for attribute, unit in BODY:
+            label = f"{NAMES.get(attribute, attribute)} [{unit}]"
+            yield (body.name, label), np.atleast_1d(getattr(body, attribute)).copy()
+    for i in range(model.njnt):
+        joint = model.joint(i)
+        dof, address = int(model.jnt_dofadr[i]), int(model.jnt_qposadr[i])
+        own = {
+            "damping": model.dof_damping[dof],
+            "armature": model.dof_armature[dof],
+            "frictionloss": model.dof_frictionloss[dof],
+            "springref": model.qpos_spring[address],
+        }
+        for attribute, unit in JOINT:
+            value = own[attribute] if attribute in own else getattr(joint, attribute)
+            yield (joint.name, f"{attribute} [{unit}]"), np.atleast_1d(value).copy()
+    for i in range(model.nsite):
+        yield (f"site {model.site(i).name}", "pos [m]"), model.site(i).pos.copy()
+    for i in range(model.nu):
+        gear = model.actuator_gear[i, :1] * model.actuator_gainprm[i, 0]
+        yield (model.actuator(i).name, "gear [-]"), gear
+        yield (model.actuator(i).name, "ctrlrange [N m]"), model.actuator_ctrlrange[i].copy()
+
+
+def _text(value: Any) -> str:
+    return ABSENT if value is None else " ".join(f"{x:.6g}" for x in np.asarray(value) + 0.0)
+
+
+def _changed(usual: dict[Any, Any], own: dict[Any, Any]) -> Iterator[Difference]:
+    missing: set[str] = {name for name, _ in usual} - {name for name, _ in own}
+    added: set[str] = {name for name, _ in own} - {name for name, _ in usual}
+    yield from (Difference(name, "element", "present", ABSENT) for name in sorted(missing))
+    for key in [*own, *(key for key in usual if key not in own)]:
+        element, attribute = key
+        if element in missing:
+            continue
+        before, after = usual.get(key), own.get(key)
+        if element in added:
+            if attribute.startswith(("mass", "stiffness")) and np.any(after):
+                yield Difference(f"{element}, added", attribute, ABSENT, _text(after))
+            continue
+        if before is None or after is None or not _same(before, after):
+            yield Difference(element, attribute, _text(before), _text(after))
+
+
+def _same(before: Any, after: Any) -> bool:
+    return np.shape(before) == np.shape(after) and np.allclose(before, after, RELATIVE, ABSOLUTE)
+
+
+def _shared(found: list[Difference]) -> list[Difference]:
+    """Return the rows, neighbours with the same change of the same attribute in one."""
+    by_change: dict[tuple[str, str, str], list[str]] = {}
+    for row in found:
+        by_change.setdefault(row[1:], []).append(row.element)
+    return [
+        Difference(names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}", *change)
+        for change, names in by_change.items()
+    ]

@@ -1,0 +1,201 @@
+"""Which robot, and which model of it? The paper's or an MJCF file's; every plant by its name.
+
+    >>> from flexsim.robot_file import Robot
+    >>> robot = Robot.of("models/chain6.xml")     # Robot() is the paper's
+    >>> modes, chain = robot.both()
+    >>> rigid = robot.plant("rigid")
+
+Plants are named `rigid`, `assumed-modes`, `printed`, `chain`, `untuned` and `rod`, with a size
+after a colon where there is one: `assumed-modes:5`, `chain:10`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from flexsim.beam import beta_lengths
+from flexsim.chain import ChainModel, load_chain
+from flexsim.chain_modes import parameters_of
+from flexsim.errors import ParameterError
+from flexsim.parameters import Parameters
+from flexsim.robots import AssumedModesPlant, ChainPlant, Plant, stable_modes_step
+from flexsim.settings import Setting
+
+BEAMS = ("file", "analytic")
+MODES, SEGMENTS = 3, 6
+KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")
+PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod"
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot that plants are made of.
+
+    Attributes:
+        parameters: of the robot without a file.
+        file: the checked MJCF file that is the robot instead, or None.
+        path: where it was read, if anywhere, for its includes.
+        beam: 'file' gives the assumed modes the modes of the file's own chain, 'analytic' those
+            of the paper's beam on the file's rigid bodies.
+    """
+
+    parameters: Parameters = field(default_factory=Parameters)
+    file: ChainModel | None = None
+    path: Path | None = None
+    beam: str = "file"
+
+    @classmethod
+    def of(
+        cls,
+        mjcf: str | Path | None = None,
+        beam: str = "file",
+        parameters: Parameters | None = None,
+        text: str | None = None,
+    ) -> Robot:
+        """Return the robot of an MJCF file or its text; without one, that of the parameters.
+
+        Raises:
+            ParameterError: an unknown beam, or what contradicts the file.
+            ModelError: the file cannot be used.
+        """
+        if beam not in BEAMS:
+            raise ParameterError(f"beam {beam!r} is unknown; choose {' or '.join(BEAMS)}")
+        if mjcf is None and text is None:
+            if beam != "file":
+                raise ParameterError(f"--beam {beam} has no effect without --mjcf; add a file")
+            return cls(parameters or Parameters())
+        if parameters not in (None, Parameters()):
+            raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
+        file = load_chain(mjcf, text)
+        found = parameters_of(file)
+        return cls(found, file, None if mjcf is None else Path(mjcf), beam)
+
+    def _chain(self, setting: Setting | None) -> ChainModel | None:
+        """Return the file's chain with a setting's motors."""
+        if self.file is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
+            return self.file
+        motors = (setting.I_m1, setting.I_m2)
+        text = None if self.path else self.file.text
+        return load_chain(self.path, text, motors)
+
+    def _parameters(self, setting: Setting | None) -> Parameters:
+        return setting.applied(self.parameters) if setting else self.parameters
+
+    def modes_plant(
+        self,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        step: float | None = None,
+        form: str = "consistent",
+        name: str = "assumed-modes",
+    ) -> AssumedModesPlant:
+        """Return the assumed-modes plant, by default at 1 ms, halved until RK4 can take it.
+
+        Raises:
+            ParameterError, ModelError: modes or step out of range, or a file with something that
+                the equations do not have.
+        """
+        chain, own = self._chain(setting), self._parameters(setting)
+        if chain is not None and self.beam == "analytic":
+            paper = Parameters()
+            own = replace(parameters_of(chain), L=paper.L, rho=paper.rho, EI=paper.EI)
+            chain = None
+        elif chain is not None:
+            own = parameters_of(chain)
+        if step is None:
+            step = stable_modes_step(own, modes, chain)
+        return AssumedModesPlant(own, modes, step, form, name, chain)
+
+    def chain_plant(
+        self,
+        setting: Setting | None = None,
+        segments: int | None = None,
+        step: float | None = None,
+        tuned: bool = True,
+        name: str = "chain",
+    ) -> ChainPlant:
+        """Return the chain: the file's, or one designed, of 6 segments unless given.
+
+        Raises:
+            ParameterError: segments or a step beside a file, which has its own; or out of range.
+        """
+        chain = self._chain(setting)
+        if chain is None:
+            own = self._parameters(setting)
+            return ChainPlant.designed(own, segments or SEGMENTS, step, tuned, name)
+        for what, value, its in (
+            ("segments", segments, len(chain.lengths)),
+            ("step", step, chain.step),
+        ):
+            if value is not None and value != its:
+                raise ParameterError(
+                    f"{chain.source} has {what} {its:g}, not {value:g}; leave it out, or edit the "
+                    "file"
+                )
+        return ChainPlant(parameters_of(chain), chain, name)
+
+    def both(
+        self,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        segments: int | None = None,
+        step: float | None = None,
+        chain_step: float | None = None,
+    ) -> tuple[AssumedModesPlant, ChainPlant]:
+        """Return both plants of the robot."""
+        return (
+            self.modes_plant(setting, modes, step),
+            self.chain_plant(setting, segments, chain_step),
+        )
+
+    def plant(
+        self,
+        name: str,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        segments: int | None = None,
+        step: float | None = None,
+        chain_step: float | None = None,
+    ) -> Plant:
+        """Return a plant by its name; modes and segments hold where the name has no size.
+
+        Args:
+            name: as above. setting: whose motors it has. modes, segments: n, N.
+            step, chain_step: of assumed modes and of chains [s], as `both`.
+
+        Raises:
+            ParameterError: there is no such plant, or the file's robot has none such.
+        """
+        kind, size = plant_kind(name)
+        if kind == "rigid":
+            return self.modes_plant(setting, 0, step, name=name)
+        if kind in ("assumed-modes", "printed"):
+            beta_lengths(size or modes)  # refuses none: the rigid link has a name of its own
+            form = "printed" if kind == "printed" else "consistent"
+            return self.modes_plant(setting, size or modes, step, form, name)
+        if self.file is not None and kind != "chain":
+            raise ParameterError(
+                f"plant {name!r} is made from a uniform beam, not from {self.file.source}; "
+                "leave out --mjcf, or choose chain"
+            )
+        if kind == "rod":
+            from flexsim.rod import RodPlant
+
+            return RodPlant.designed(
+                self._parameters(setting), **({"elements": size} if size else {})
+            )
+        return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
+
+
+def plant_kind(name: str) -> tuple[str, int | None]:
+    """Return kind and size (None without one) of a plant's name.
+
+    Raises:
+        ParameterError: there is no such plant.
+    """
+    match = re.fullmatch(rf"({'|'.join(KINDS)})(?::([1-9][0-9]{{0,3}}))?", name)
+    if not match or (match[2] and match[1] == "rigid"):
+        raise ParameterError(f"plant {name!r} is unknown; choose {PLANT_HELP}")
+    return match[1], int(match[2]) if match[2] else None

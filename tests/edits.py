@@ -1,0 +1,31 @@
+"""Edits of models/chain6.xml that a user makes, as the README shows them: texts by name."""
+
+from pathlib import Path
+
+from flexsim import Parameters
+from flexsim.chain_design import design_chain
+from flexsim.mjcf import chain_mjcf
+
+DEFAULT = (Path(__file__).parent.parent / "models" / "chain6.xml").read_text()
+
+
+def edited(old: str, new: str, text: str = DEFAULT) -> str:
+    """Return the text with one passage replaced, which must be there."""
+    assert old in text, old
+    return text.replace(old, new)
+
+
+PAYLOAD = """<site name="tip" pos="0.077095 0 0"/>
+                      <body name="payload" pos="0.077095 0 0">
+                        <inertial pos="0 0 0" mass="0.05" diaginertia="5e-6 5e-6 5e-6"/>
+                      </body>"""
+
+EDITS = {
+    "payload": edited('<site name="tip" pos="0.077095 0 0"/>', PAYLOAD),
+    "soft hinge": edited('stiffness="3.78728623566"', 'stiffness="1.89364311783"'),
+    "damped": edited('<joint damping="0"/>', '<joint damping="0.004"/>'),
+    "longer": chain_mjcf(Parameters(L=0.6), design_chain(Parameters(L=0.6), 6)),
+    "heavy link": edited('diaginertia="0.25 0.25 0.25"', 'diaginertia="0.5 0.5 0.5"'),
+    "4 segments": chain_mjcf(Parameters(), design_chain(Parameters(), 4)),
+    "16 segments": chain_mjcf(Parameters(), design_chain(Parameters(), 16), timestep=1e-4),
+}
