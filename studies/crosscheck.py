@@ -105,10 +105,10 @@ def run(config: CrosscheckConfig) -> CrosscheckResult:
     """Return the ladder's figures and verdicts."""
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
-    return ladder(config.robot_of(), config.seed)
+    return checked(config.robot_of(), config.seed)
 
 
-def ladder(robot: Robot, seed: int = 1) -> CrosscheckResult:
+def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
     """Return the figures and verdicts of a robot's two plants.
 
     Raises:
