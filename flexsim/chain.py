@@ -9,6 +9,7 @@ chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,7 +57,8 @@ class ChainModel:
     """A compiled MJCF file with its geometry.
 
     Attributes:
-        model: MuJoCo's compiled model; text: the MJCF it came from; source: its name, for messages.
+        model: MuJoCo's compiled model; text: the MJCF it came from, with what that includes;
+            source: its name, for messages.
         L_R: distance between the joints [m]; clamp: from joint 2 to the beam's root [m];
         root: from joint 2 to the first hinge [m]; lengths: (N,) of the segments [m].
     """
@@ -86,9 +88,7 @@ class ChainModel:
         return self.root - self.clamp + starts
 
 
-def load_chain(
-    path: str | Path | None = None, text: str | None = None, motors: tuple[float | None, ...] = ()
-) -> ChainModel:
+def load_chain(path: str | Path | None = None, text: str | None = None) -> ChainModel:
     """Return the chain of an MJCF file, or of its text, checked.
 
     MuJoCo's automatic reset is switched off whatever the file says: whether a motion has
@@ -96,7 +96,6 @@ def load_chain(
 
     Args:
         path: MJCF file; text: MJCF instead of a file.
-        motors: inertias (I_m1, I_m2) that replace the file's armatures where not None [kg m2].
 
     Raises:
         ModelError: the file cannot be read, does not compile, is not the two-link arm, or its
@@ -113,17 +112,30 @@ def load_chain(
         raise ModelError("no MJCF given; name a file or pass its text")
     if not text.strip():
         raise ModelError(f"{source}: the MJCF file is empty")
+    if path is not None:
+        text = _whole(text, Path(path).parent)
     with quiet_warnings():
         model = _compile(path, text, source)
         _require_arm(model, source)
         _require_physical(model, source)
-        for joint, inertia in zip(("joint1", "joint2"), motors, strict=False):
-            if inertia is not None:
-                model.dof_armature[model.joint(joint).dofadr] = inertia
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         L_R, clamp, root, lengths = _geometry(model, source)
         _require_stable_step(model, source)
     return ChainModel(model, text, source, L_R, clamp, root, lengths)
+
+
+def _whole(text: str, folder: Path) -> str:
+    """Return MJCF with the contents of the files it includes, as far as these can be read."""
+
+    def contents(match: re.Match[str]) -> str:
+        try:
+            inner = (folder / match[1]).read_text()
+        except (OSError, UnicodeDecodeError):
+            return match[0]  # in a comment, or the compiler will say so
+        root = re.search(r"<(mujoco\w*)[^>]*>(.*)</\1>", inner, re.DOTALL)
+        return _whole(root[2], folder) if root else match[0]
+
+    return re.sub(r"<include\s+file=[\"']([^\"']*)[\"']\s*(?:/>|>\s*</include>)", contents, text)
 
 
 def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:

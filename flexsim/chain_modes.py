@@ -71,11 +71,6 @@ def vibration(chain: ChainModel, parameters: Parameters, n: int = 3) -> Vibratio
         )
     M, K = mass_matrix(model, np.zeros(model.nq)), stiffness_matrix(model)
     squared, vectors = eigh(K[2:, 2:], M[2:, 2:])
-    if squared[0] <= 0:
-        raise ModelError(
-            f"{chain.source}: a hinge of the beam has no stiffness, so the beam does not vibrate; "
-            "give every hinge one"
-        )
     vectors = vectors[:, :n] * np.sqrt(parameters.m_b)  # modal mass rho L
     across = _across(chain, vectors)
     signs = np.sign(across[-1]) * (-1.0) ** np.arange(n)  # tip values 2, -2, 2
@@ -128,15 +123,21 @@ def parameters_of(chain: ChainModel) -> Parameters:
     The assumed modes of a file do not use that beam; tables and the kinematics do.
 
     Raises:
-        ModelError: a quantity is zero that the equations divide by.
+        ModelError: a hinge of the beam has no stiffness, or another quantity is zero that must
+            not be.
     """
     link, hub, beam = parts(chain)
     model = chain.model
+    for i in range(2, model.nv):
+        if model.jnt_stiffness[i] == 0:
+            raise ModelError(
+                f"{chain.source}: joint {model.joint(i).name!r} has no stiffness, so the beam does "
+                "not vibrate; give every hinge of the beam one"
+            )
     L = chain.reach - chain.clamp
     arm = np.append(0.0, np.cumsum(chain.lengths))
     lever = arm[-1] - arm[:-1]  # (N,) from each hinge to the tip
-    with np.errstate(divide="ignore"):
-        compliance = float(np.sum(lever**2 / model.jnt_stiffness[2:]))
+    compliance = float(np.sum(lever**2 / model.jnt_stiffness[2:]))
     gears = [float(model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]) for i in range(2)]
     try:
         return Parameters(

@@ -18,9 +18,10 @@ from flexsim.assumed_modes import AssumedModes, acceleration, rk4_step
 from flexsim.chain import Chain, chain_step, chain_tip
 from flexsim.compiled import compiled
 from flexsim.printed import PrintedModes, printed_acceleration
+from flexsim.rod_model import Rod, rod_step, rod_tip
 
 Array = NDArray[np.float64]
-Compiled = AssumedModes | PrintedModes | Chain
+Compiled = AssumedModes | PrintedModes | Chain | Rod
 
 
 @compiled
@@ -64,11 +65,13 @@ _STEPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_step,
     PrintedModes: printed_step,
     Chain: chain_step,
+    Rod: rod_step,
 }
 _TIPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_tip,
     PrintedModes: printed_tip,
     Chain: chain_tip,
+    Rod: rod_tip,
 }
 
 

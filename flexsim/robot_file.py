@@ -17,16 +17,19 @@ from pathlib import Path
 
 from flexsim.beam import beta_lengths
 from flexsim.chain import ChainModel, load_chain
+from flexsim.chain_changes import changed, with_motors
 from flexsim.chain_modes import parameters_of
 from flexsim.errors import ParameterError
 from flexsim.parameters import Parameters
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant, stable_modes_step
+from flexsim.rod import RodPlant
+from flexsim.rod_mjcf import ELEMENTS
 from flexsim.settings import Setting
 
 BEAMS = ("file", "analytic")
 MODES, SEGMENTS = 3, 6
 KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")
-PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod"
+PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod[:N]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +39,12 @@ class Robot:
     Attributes:
         parameters: of the robot without a file.
         file: the checked MJCF file that is the robot instead, or None.
-        path: where it was read, if anywhere, for its includes.
         beam: 'file' gives the assumed modes the modes of the file's own chain, 'analytic' those
             of the paper's beam on the file's rigid bodies.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
     file: ChainModel | None = None
-    path: Path | None = None
     beam: str = "file"
 
     @classmethod
@@ -70,15 +71,22 @@ class Robot:
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
         file = load_chain(mjcf, text)
         found = parameters_of(file)
-        return cls(found, file, None if mjcf is None else Path(mjcf), beam)
+        return cls(found, file, beam)
+
+    def changed(self, stiffness: float, density: float, payload: float) -> Robot:
+        """Return the robot with its beam's stiffness and density times a factor, and a payload.
+
+        Without a file its default chain becomes one, so that both models carry the payload [kg].
+        """
+        file = self.file if self.file is not None else self.chain_plant().chain
+        other = changed(file, stiffness, density, payload)
+        return replace(self, parameters=parameters_of(other), file=other)
 
     def _chain(self, setting: Setting | None) -> ChainModel | None:
         """Return the file's chain with a setting's motors."""
         if self.file is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
             return self.file
-        motors = (setting.I_m1, setting.I_m2)
-        text = None if self.path else self.file.text
-        return load_chain(self.path, text, motors)
+        return with_motors(self.file, setting.I_m1, setting.I_m2)
 
     def _parameters(self, setting: Setting | None) -> Parameters:
         return setting.applied(self.parameters) if setting else self.parameters
@@ -181,11 +189,8 @@ class Robot:
                 "leave out --mjcf, or choose chain"
             )
         if kind == "rod":
-            from flexsim.rod import RodPlant
-
-            return RodPlant.designed(
-                self._parameters(setting), **({"elements": size} if size else {})
-            )
+            rod = RodPlant.designed(self._parameters(setting), size or ELEMENTS, chain_step)
+            return replace(rod, name=name)
         return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
 
 

@@ -6,7 +6,7 @@ result.design.coupling_error, result.highest_frequency
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import mujoco
@@ -35,11 +35,13 @@ class ChainConfig:
     out: Path
     """MJCF file to write; its name ends in .xml."""
     segments: int = 6
-    """Number of hinged segments: 4 to 16, or 3 to 200 when plain."""
+    """Number of hinged segments: 3 to 16, or 3 to 200 when plain."""
     timestep: float = 1e-3
     """Physics step of the file [s]; RK4 needs it below 2.8 over the highest frequency."""
     plain: bool = False
     """Leave the chain untuned: hinges at the centres of equal cells h, stiffness EI/h."""
+    robot: Parameters = field(default_factory=Parameters)
+    """The robot whose beam the chain stands for."""
     force: bool = False
     """Overwrite the file if it exists."""
     json: bool = False
@@ -65,13 +67,13 @@ class ChainResult:
         return RK4_LIMIT / self.highest_frequency
 
 
-def run(config: ChainConfig, parameters: Parameters | None = None) -> ChainResult:
+def run(config: ChainConfig) -> ChainResult:
     """Return the chain and its MJCF; writes nothing.
 
     Raises:
         ParameterError: segments out of range, or a timestep that RK4 cannot take.
     """
-    parameters = parameters or Parameters()
+    parameters = config.robot
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
     text = chain_mjcf(parameters, design, config.timestep)

@@ -126,8 +126,7 @@ def print_report(result: Comparison, out: Path) -> None:
     if shaped:
         console.print(true_tip_table(shaped))
     console.print(
-        "Table 2 moves in limit cycles, under a fit of what the paper leaves out: its rows are\n"
-        "medians over perturbed gains, quartiles in results.csv.\n"
+        "Medians over runs whose gains differ in their fourth digits; quartiles in results.csv.\n"
         f"{out}: results.csv, figures/, run.rrd (flexsim view {out})",
         soft_wrap=True,
     )

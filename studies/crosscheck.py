@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
@@ -30,6 +30,7 @@ from studies.robot_options import RobotOptions, print_differences
 from studies.run_folder import to_json
 
 Array = NDArray[np.float64]
+SomeModes = TypeVar("SomeModes", bound=AssumedModesPlant)
 
 CLAMPED_LIMIT = 1e-9  # relative: the design tunes these to rounding
 MODES_ENERGY_LIMIT = 1e-11  # relative drift over 2 s
@@ -237,11 +238,9 @@ def energy_drift(plant: AssumedModesPlant | ChainPlant, rates: tuple[float, floa
 
 def energy_rungs(modes: AssumedModesPlant, chain: ChainPlant) -> list[Rung]:
     """Return drifts of energy in free, undamped motion: consistent, printed, chain."""
-    free = without_damping(chain.chain)
-    own = replace(modes.parameters, F_1=0.0, F_2=0.0)
-    consistent = replace(modes, parameters=own, chain=None if modes.chain is None else free)
+    consistent = undamped(modes)
     printed = replace(consistent, form="printed")
-    undamped = ChainPlant(own, free)
+    chain = ChainPlant(chain.parameters, without_damping(chain.chain))
     step = f"step {1e3 * chain.step:g} ms"
     return [
         _rung(
@@ -252,13 +251,20 @@ def energy_rungs(modes: AssumedModesPlant, chain: ChainPlant) -> list[Rung]:
         _rung("  printed equations, gentle (stated)", energy_drift(printed, GENTLE)),
         _rung(
             f"  chain, gentle, {step}",
-            energy_drift(undamped, GENTLE),
+            energy_drift(chain, GENTLE),
             CHAIN_ENERGY_LIMIT,
         ),
         _rung("  assumed modes, brisk (stated)", energy_drift(consistent, BRISK)),
         _rung("  printed equations, brisk (stated)", energy_drift(printed, BRISK)),
-        _rung(f"  chain, brisk, {step} (stated)", energy_drift(undamped, BRISK)),
+        _rung(f"  chain, brisk, {step} (stated)", energy_drift(chain, BRISK)),
     ]
+
+
+def undamped(plant: SomeModes) -> SomeModes:
+    """Return assumed modes without friction at the joints, nor damping in a file's hinges."""
+    free = replace(plant.parameters, F_1=0.0, F_2=0.0)
+    chain = None if plant.chain is None else without_damping(plant.chain)
+    return replace(plant, parameters=free, chain=chain)
 
 
 def without_damping(chain: ChainModel) -> ChainModel:

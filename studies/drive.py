@@ -11,19 +11,17 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 
-from flexsim.chain import load_chain
 from flexsim.errors import ParameterError, RunError
 from flexsim.motion import Motion
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.settings import setting
 from flexsim.simulate import drive
+from studies.robot_options import RobotOptions, print_differences
 from studies.run_folder import to_json
 
 Array = NDArray[np.float64]
 
-PLANTS = ("assumed-modes", "chain")
 ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
 QUOTED = 60  # characters of a wrong line that a message shows
@@ -32,7 +30,7 @@ MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
 
 @dataclass(frozen=True)
-class DriveConfig:
+class DriveConfig(RobotOptions):
     """Drive a plant open loop from rest with a recorded torque."""
 
     torque: Path
@@ -40,9 +38,7 @@ class DriveConfig:
     out: Path
     """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k."""
     plant: str = "chain"
-    """assumed-modes or chain."""
-    mjcf: Path | None = None
-    """MJCF file of the chain, instead of the default chain of 6 segments."""
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod."""
     setting: str = "none"
     """Friction, limits and motors: none, print, joint or reconstructed."""
     theta1: float = 0.0
@@ -53,25 +49,6 @@ class DriveConfig:
     """Overwrite the file named by --out."""
     json: bool = False
     """Print one JSON object about the motion instead of a line."""
-
-
-def make_plant(name: str, setting_name: str, mjcf: Path | None = None) -> Plant:
-    """Return a plant under a setting's motors.
-
-    Raises:
-        ParameterError: an unknown plant, or an MJCF for a plant that does not read one.
-    """
-    chosen = setting(setting_name)
-    parameters = chosen.applied(Parameters())
-    if name not in PLANTS:
-        raise ParameterError(f"plant {name!r} is unknown; choose one of {', '.join(PLANTS)}")
-    if name == "assumed-modes":
-        if mjcf is not None:
-            raise ParameterError("--mjcf is of the chain only; add --plant chain or leave it out")
-        return AssumedModesPlant(parameters)
-    if mjcf is None:
-        return ChainPlant.designed(parameters)
-    return ChainPlant(parameters, load_chain(mjcf, motors=(chosen.I_m1, chosen.I_m2)))
 
 
 def _shown(cells: list[str]) -> str:
@@ -122,7 +99,7 @@ def read_torque(path: Path) -> Array:
 
 def run(config: DriveConfig) -> Motion:
     """Return the motion under the file's torques, row k the state as torque k sets in."""
-    plant = make_plant(config.plant, config.setting, config.mjcf)
+    plant = config.robot_of().plant(config.plant, setting(config.setting))
     theta = (config.theta1, config.theta2)
     if not all(math.isfinite(angle) for angle in theta):
         raise ParameterError(f"start angles are {theta} rad; give finite numbers")
@@ -170,6 +147,7 @@ def command(config: DriveConfig) -> None:
     if config.json:
         print(to_json(summary))
     else:
+        print_differences(config.robot_of(), Console(highlight=False))
         x, y = motion.tip[-1]
         print(
             f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "

@@ -27,7 +27,15 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "reconstruct": ("reconstruct", "ReconstructConfig", "what it takes for Table 2 to be bounded"),
     "realisations": ("realisations", "RealisationsConfig", "which fractional filter serves best"),
     "pid-question": ("pid_question", "PidQuestionConfig", "why integer PIDs failed in the paper"),
+    "screening": ("screening", "ScreeningConfig", "what screening by stability saves the tuner"),
     "tune": ("tune", "TuneConfig", "tune controllers: the paper's genetic algorithm, or a peer"),
+    "tables": ("tables", "TablesConfig", "Tables 2, 3 and Figure 6 anew, and every controller on every path"),
+    "watch": ("watch", "WatchConfig", "follow an MJCF file: modes and cross-check at every save"),
+    "ladder": (
+        "ladder",
+        "LadderConfig",
+        "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
+    ),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
 INTERRUPTED = 130  # the shell's status for Ctrl-C

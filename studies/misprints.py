@@ -27,15 +27,16 @@ from controllers import TUNED, Controller
 from flexsim.errors import ParameterError
 from flexsim.metrics import envelope_half_width
 from flexsim.motion import Motion
-from flexsim.parameters import Parameters
 from flexsim.printed import AS_PRINTED, MISPRINTS, PrintedModes, printed_modes
-from flexsim.robots import AssumedModesPlant, ChainPlant
+from flexsim.robot_file import Robot
+from flexsim.robots import AssumedModesPlant
 from flexsim.settings import setting
 from flexsim.simulate import drive, evaluate
 from flexsim.trajectories import Reference, reference, trajectory
 from studies.compare import perturbed
-from studies.crosscheck import BRISK, GENTLE, POSE, tip_difference, trial_torque
+from studies.crosscheck import BRISK, GENTLE, POSE, tip_difference, trial_torque, undamped
 from studies.misprints_report import LEGEND, energy_figure, table, tip_figure, verdict
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
 
 Array = NDArray[np.float64]
@@ -61,7 +62,7 @@ VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
 
 
 @dataclass(frozen=True)
-class MisprintsConfig:
+class MisprintsConfig(RobotOptions):
     """Count what each misprint costs: energy drift, tip error, tracking."""
 
     out: Path = Path("runs/misprints")
@@ -76,8 +77,8 @@ class MisprintsConfig:
     """Seed of the perturbations."""
     modes: int = 3
     """Assumed modes, n."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
     json: bool = False
     """Print one JSON object instead of the table."""
 
@@ -113,14 +114,23 @@ class MisprintsResult:
     energy: dict[str, Array]
 
 
-def free_motion(misprints: int, start: str, modes: int = 3) -> Array:
+def misprinted(
+    robot: Robot, misprints: int, modes: int = 3, step: float | None = None
+) -> MisprintedPlant:
+    """Return a robot's plant with chosen misprints."""
+    usual = robot.modes_plant(None, modes, step)
+    return MisprintedPlant(
+        usual.parameters, modes, usual.step, chain=usual.chain, misprints=misprints
+    )
+
+
+def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Array:
     """Return the relative change of energy (K,) in free, undamped motion.
 
     Args:
-        misprints: switches; start: a key of STARTS; modes: n.
+        robot: as named. misprints: switches; start: a key of STARTS; modes: n.
     """
-    free = replace(Parameters(), F_1=0.0, F_2=0.0)
-    plant = MisprintedPlant(free, modes, FREE_STEP, misprints=misprints)
+    plant = undamped(misprinted(robot, misprints, modes, FREE_STEP))
     rates, eta_1 = STARTS[start]
     state = plant.rest_state(POSE)
     state[2] = eta_1
@@ -191,10 +201,10 @@ def tracking_details(
     """
     nominal = TUNED[CONTROLLERS]
     controllers = perturbed(nominal, config.runs, np.random.default_rng(config.seed))
-    consistent = AssumedModesPlant(plant.parameters, plant.modes)
+    consistent = AssumedModesPlant(plant.parameters, plant.modes, plant.step, chain=plant.chain)
     details = []
     for path in QUICK_TRACKED if config.quick else TRACKED:
-        ref = reference(trajectory(path), Parameters(), PERIOD)
+        ref = reference(trajectory(path), plant.parameters, PERIOD)
         for reading in READINGS:
             tips = tracked(plant, reading, ref, controllers)
             if plant.misprints:
@@ -243,8 +253,8 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
-    parameters = Parameters()
-    chain = ChainPlant.designed(parameters, config.segments)
+    robot = config.robot_of()
+    chain = robot.chain_plant(None, config.segments)
     poses = QUICK_POSES if config.quick else POSES
     chains = {
         (amplitude, pose): drive(
@@ -256,8 +266,8 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
     result = MisprintsResult([], [], {})
     steps = VARIANTS.items()
     for name, switches in progress.track(steps, description="misprints") if progress else steps:
-        drifts = {start: free_motion(switches, start, config.modes) for start in STARTS}
-        plant = MisprintedPlant(parameters, config.modes, misprints=switches)
+        drifts = {start: free_motion(robot, switches, start, config.modes) for start in STARTS}
+        plant = misprinted(robot, switches, config.modes)
         details = driven_details(name, plant, chains) + tracking_details(name, plant, config)
         result.rows.append(summary(name, drifts, details))
         result.details.extend(details)
@@ -268,6 +278,7 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
 def write(folder: Path, config: MisprintsConfig, result: MisprintsResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
+    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     columns = list(dict.fromkeys(key for row in result.details for key in row))
     details = [{key: row.get(key) for key in columns} for row in result.details]
@@ -288,6 +299,7 @@ def command(config: MisprintsConfig) -> None:
         print(to_json({"rows": result.rows, "details": result.details, "run": str(config.out)}))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     out.print(LEGEND)
     out.print(table(result.rows))
     out.print(

@@ -27,6 +27,7 @@ from flexsim.simulate import thread_count
 from studies.distributions import DISTRIBUTIONS, NAMES, Distribution
 from studies.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
 from studies.pid_question_report import question_figure, table, verdict
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
 from studies.tuning import SEED_MOST, Tuning, distribution_for, problem_of, tune
 
@@ -40,7 +41,7 @@ QUICK_SEEDS, QUICK_POPULATION, QUICK_GENERATIONS = 2, 16, 3
 
 
 @dataclass(frozen=True)
-class PidQuestionConfig:
+class PidQuestionConfig(RobotOptions):
     """Settle what the integer PIDs fail of: their order, realisation or search range."""
 
     out: Path = Path("runs/pid-question")
@@ -69,8 +70,8 @@ class PidQuestionConfig:
     """p in (2), length of each operator."""
     modes: int = 3
     """Assumed modes, n."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False
@@ -161,6 +162,8 @@ def _tuning(
         seed=config.seed,
         modes=config.modes,
         segments=config.segments,
+        mjcf=None if config.mjcf is None else str(config.mjcf),
+        beam=config.beam,
     )
 
 
@@ -253,6 +256,7 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> PidQuest
 def write(folder: Path, config: PidQuestionConfig, result: PidQuestionResult) -> None:
     """Write configuration, tables and figure into a folder."""
     write_config(folder, config, ran=dataclasses.asdict(config.asked()))
+    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "searches.csv", result.searches)
     (folder / "figures").mkdir()
@@ -270,6 +274,7 @@ def command(config: PidQuestionConfig) -> None:
         print(to_json({"rows": result.rows, "searches": result.searches, "run": str(config.out)}))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     out.print(table(result.rows))
     out.print(
         f"{verdict(result.rows)}\n{config.out}: results.csv, searches.csv, figures/",

@@ -25,8 +25,7 @@ from rich.progress import Progress
 from controllers import TUNED, Controller, ControllerError, Gains, operator
 from flexsim.errors import ParameterError
 from flexsim.metrics import envelope_half_width
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.robots import Plant
 from flexsim.settings import setting
 from flexsim.simulate import evaluate
 from flexsim.trajectories import reference, trajectory
@@ -39,6 +38,7 @@ from studies.realisations_report import (
     verdict,
 )
 from studies.realisations_response import BAND_HZ, ORDERS, band, response_row, sample_cost
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
 from studies.tuning import Tuning, distribution_for, problem_of, tune
 
@@ -73,7 +73,7 @@ SEEDS = 3  # searches of each
 
 
 @dataclass(frozen=True)
-class RealisationsConfig:
+class RealisationsConfig(RobotOptions):
     """Compare the realisations of a fractional operator: response, cost, closed loop."""
 
     out: Path = Path("runs/realisations")
@@ -86,8 +86,8 @@ class RealisationsConfig:
     """Runs in closed loop behind each median, the gains' fourth digits perturbed."""
     seed: int = 1
     """Seed of the perturbations, and the first of the searches."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
     modes: int = 3
     """Assumed modes, n."""
     threads: int | None = None
@@ -141,7 +141,7 @@ def loop_row(
         filters = [each.filters(PERIOD, realisation, terms) for each in controllers]
     except ControllerError as error:
         return row | {"refused": str(error)}
-    ref = reference(trajectory(path), Parameters(), PERIOD)
+    ref = reference(trajectory(path), plant.parameters, PERIOD)
     outcome = evaluate(plant, setting(READING), ref, filters, SEEN_EVERY, threads)
     bounded = np.isnan(outcome.diverged)
     widths = [
@@ -170,7 +170,7 @@ def tuned_anew(
         seed=seed,
         modes=config.modes,
     )
-    problem = problem_of(tuning, config.threads)
+    problem = problem_of(tuning, config.threads, config.robot_of())
     best = tune(problem, distribution_for(tuning), tuning.genetic, seed).best_parameters
     if best is None:
         return None
@@ -210,11 +210,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
         raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
-    parameters = Parameters()
-    plants: list[Plant] = [
-        AssumedModesPlant(parameters, config.modes),
-        ChainPlant.designed(parameters, config.segments),
-    ]
+    plants: list[Plant] = list(config.robot_of().both(None, config.modes, config.segments))
     paths = QUICK_PATHS if config.quick else PATHS
     rng = np.random.default_rng(config.seed)
     given = {path: perturbed(TUNED[path], config.runs, rng) for path in paths}
@@ -239,6 +235,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
 def write(folder: Path, config: RealisationsConfig, result: RealisationsResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
+    keep_file(folder, config.robot_of())
     for part, name in PARTS.items():
         write_rows(folder / name, [row for row in result.rows if row["part"] == part])
     (folder / "figures").mkdir()
@@ -258,6 +255,7 @@ def command(config: RealisationsConfig) -> None:
         print(to_json({"rows": result.rows, "run": str(config.out)}))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     orders = f"orders {min(ORDERS)} to {max(ORDERS)}"
     out.print(f"Error against (j omega)^nu, {orders}, {BAND_HZ[0]:g} to {BAND_HZ[1]:g} Hz;")
     out.print("cost of a sample in the compiled filter")

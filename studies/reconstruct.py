@@ -26,7 +26,6 @@ from controllers import TABLE_2
 from flexsim.closed_loop import run_population, stack_filters
 from flexsim.errors import ParameterError
 from flexsim.metrics import envelope_half_width
-from flexsim.parameters import Parameters
 from flexsim.robots import Plant
 from flexsim.simulate import evaluate, loop_of
 from flexsim.trajectories import reference
@@ -41,6 +40,7 @@ from studies.reconstruct_report import (
     verdict,
 )
 from studies.reconstruct_variants import QUICK, Variant, variants
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ TABLE_1 = {  # parameter: mean and standard deviation
 
 
 @dataclass(frozen=True)
-class ReconstructConfig:
+class ReconstructConfig(RobotOptions):
     """Vary what the reconstruction of Table 2 assumes: bounded runs, envelopes, chaos."""
 
     out: Path = Path("runs/reconstruct")
@@ -79,8 +79,8 @@ class ReconstructConfig:
     """Runs behind each median, the gains' fourth digits perturbed."""
     seed: int = 1
     """Seed of the perturbations."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
     modes: int = 3
     """Assumed modes, n."""
     threads: int | None = None
@@ -117,7 +117,7 @@ def figure_row(
     the median of those that did not.
     """
     path, column, entry = FIGURES[figure]
-    ref = reference(variant.trajectory(path), Parameters(), PERIOD)
+    ref = reference(variant.trajectory(path), plant.parameters, PERIOD)
     controllers = perturbed(TABLE_2[column], config.runs, np.random.default_rng(config.seed))
     outcome = evaluate(
         plant,
@@ -159,7 +159,7 @@ def start_runs(
         offsets: (P, 2) of the joints at the start [rad].
     """
     path, column, _ = FIGURES[figure]
-    ref = reference(variant.trajectory(path), Parameters(), PERIOD)
+    ref = reference(variant.trajectory(path), plant.parameters, PERIOD)
     filters = stack_filters([TABLE_2[column].filters(PERIOD)])
     friction, loop = variant.setting.friction.compiled(), loop_of(plant, ref, variant.v_gain)
     joints, tips = [], []
@@ -250,9 +250,9 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
     result = ReconstructResult([], [], unit_rows(), {})
-    todo = chosen(config)
+    todo, robot = chosen(config), config.robot_of()
     for variant in progress.track(todo, description="reconstruct") if progress else todo:
-        plants = variant.plants(config.modes, config.segments)
+        plants = variant.plants(robot, config.modes, config.segments)
         for figure in FIGURES:
             for plant in plants:
                 result.rows.append(figure_row(variant, figure, plant, config))
@@ -266,6 +266,7 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
 def write(folder: Path, config: ReconstructConfig, result: ReconstructResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
+    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "chaos.csv", result.chaos)
     write_rows(folder / "units.csv", result.units)
@@ -286,6 +287,7 @@ def command(config: ReconstructConfig) -> None:
         print(to_json({"rows": result.rows, **parts, "run": str(config.out)}))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     out.print("Median envelope in mm, assumed modes|chain; †t: all diverge, median time in s;")
     out.print("n%: only so many runs stay bounded; off: mean factor to Table 3")
     out.print(table(result.rows))

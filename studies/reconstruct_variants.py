@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from flexsim.friction import Friction
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.robot_file import Robot
+from flexsim.robots import Plant
 from flexsim.settings import Setting, setting
 from flexsim.trajectories import Trajectory, trajectory
 
@@ -63,14 +63,11 @@ class Variant:
             half_height=self.size * drawn.half_height,
         )
 
-    def plants(self, modes: int, segments: int) -> list[Plant]:
+    def plants(self, robot: Robot, modes: int, segments: int | None) -> list[Plant]:
         """Return both plants with this variant's motors and physics step."""
-        parameters = self.setting.applied(Parameters())
         step = 1e-3 / self.steps
-        return [
-            AssumedModesPlant(parameters, modes, step),
-            ChainPlant.designed(parameters, segments, step if self.steps > 1 else None),
-        ]
+        finer = step if self.steps > 1 and robot.file is None else None  # a file has its own
+        return list(robot.both(self.setting, modes, segments, step, finer))
 
 
 def _friction(**changes: object) -> Setting:

@@ -26,26 +26,28 @@ from rich.table import Table
 from controllers import TABLE_2, TUNED, Controller
 from flexsim.closed_loop import stack_filters
 from flexsim.errors import ParameterError
-from flexsim.linear_loop import HOLDS, LinearLoop, LoopOptions, linear_loop, small_signal
+from flexsim.linear_loop import HOLDS, LinearLoop, LoopOptions, linear_loop
 from flexsim.margins import margins
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.robot_file import plant_kind
+from flexsim.robots import Plant
 from flexsim.settings import setting
 from flexsim.trajectories import reference, trajectory
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.stability_growth import SLACK, extreme_poses, loop_options
 from studies.stability_maps import StabilityMap, map_figure, screen, stability_map
 from studies.stability_simulated import simulated_growth
 
 Array = NDArray[np.float64]
 
 PERIOD = 1e-3  # [s] control period of the paper
-PLANTS = ("both", "assumed-modes", "chain")
+PLANTS = ("assumed-modes", "chain")  # both
 POLES_SHOWN = 4
 QUICK_POINTS = 11
 
 
 @dataclass(frozen=True)
-class StabilityConfig:
+class StabilityConfig(RobotOptions):
     """Poles, margins and regions of stability near rest, without simulating."""
 
     trajectory: str = "circle"
@@ -53,7 +55,7 @@ class StabilityConfig:
     theta2: tuple[float, ...] = ()
     """Poses instead of the trajectory's [rad]."""
     plant: str = "both"
-    """both, assumed-modes or chain."""
+    """both, or one of rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N]."""
     controllers: tuple[str, ...] = tuple(TUNED)
     """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"
@@ -62,7 +64,7 @@ class StabilityConfig:
     """Effective over commanded torque of both joints; the setting's own unless given."""
     hold: str = "rk4"
     """How a period is stepped: rk4 (as the simulation) or exact."""
-    slack: float = 0.05
+    slack: float = SLACK
     """Growth that a loop called stable may have [1/s]; the undamped beam decays no faster."""
     map_points: int = 31
     """Points along each side of the maps over (k, nu); 0 leaves them out."""
@@ -72,8 +74,8 @@ class StabilityConfig:
     """Seed of the draws."""
     modes: int = 3
     """Assumed modes, n."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
     quick: bool = False
     """One pose and coarse maps."""
     out: Path = Path("runs/stability")
@@ -107,10 +109,8 @@ def controller(name: str) -> Controller:
 
 def _check(config: StabilityConfig) -> None:
     """Raise a ParameterError for an option that cannot be used."""
-    if config.plant not in PLANTS:
-        raise ParameterError(
-            f"plant {config.plant!r} is unknown; choose one of {', '.join(PLANTS)}"
-        )
+    if config.plant != "both":
+        plant_kind(config.plant)  # refuses what is none
     if not config.controllers:
         raise ParameterError("no controllers given; name one or more with --controllers")
     if not 0 <= config.slack < math.inf:
@@ -121,13 +121,9 @@ def _check(config: StabilityConfig) -> None:
 
 def plants_of(config: StabilityConfig) -> list[Plant]:
     """Return the plants asked for, with the setting's motors."""
-    p = setting(config.setting).applied(Parameters())
-    found: list[Plant] = []
-    if config.plant != "chain":
-        found.append(AssumedModesPlant(p, modes=config.modes))
-    if config.plant != "assumed-modes":
-        found.append(ChainPlant.designed(p, segments=config.segments))
-    return found
+    names = PLANTS if config.plant == "both" else (config.plant,)
+    robot, motors = config.robot_of(), setting(config.setting)
+    return [robot.plant(name, motors, config.modes, config.segments) for name in names]
 
 
 def poses_of(config: StabilityConfig) -> list[float]:
@@ -136,16 +132,13 @@ def poses_of(config: StabilityConfig) -> list[float]:
         found = list(config.theta2)
     else:
         path = trajectory(config.trajectory, reconstructed=config.setting == "reconstructed")
-        theta2 = reference(path, Parameters(), PERIOD).joint[:, 1]
-        low, high = float(theta2.min()), float(theta2.max())
-        found = [low, (low + high) / 2, high]
+        found = extreme_poses(reference(path, config.robot_of().parameters, PERIOD))
     return [found[len(found) // 2]] if config.quick else found
 
 
 def options_of(config: StabilityConfig) -> LoopOptions:
     """Return how the loop is linearised: the setting's small-signal friction, or the gain given."""
-    gain, damping = small_signal(setting(config.setting).friction)
-    return LoopOptions(PERIOD, -1.0, config.torque_gain or gain, damping, config.hold)
+    return loop_options(setting(config.setting).friction, PERIOD, config.hold, config.torque_gain)
 
 
 def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityResult:
@@ -234,6 +227,7 @@ def _poles(loop: LinearLoop) -> dict[str, float]:
 def write(folder: Path, config: StabilityConfig, result: StabilityResult) -> None:
     """Write configuration, table and maps into a folder."""
     write_config(folder, config, screens=result.screens)
+    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     if result.screens:
         write_rows(folder / "screens.csv", result.screens)
@@ -276,6 +270,7 @@ def command(config: StabilityConfig) -> None:
         print(to_json(run_at))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     out.print(table(result.rows))
     for each in result.screens:
         out.print(

@@ -25,6 +25,7 @@ from flexsim.closed_loop import stack_filters
 from flexsim.errors import RunError
 from flexsim.linear_loop import LoopOptions, spectral_radii
 from flexsim.robots import Plant
+from studies.stability_growth import growth_rates
 from studies.stability_simulated import simulated_rates
 
 Array = NDArray[np.float64]
@@ -61,12 +62,6 @@ class StabilityMap:
     nu: Array
     growth: Array
     own: tuple[float, float]
-
-
-def growth_rates(radii: Array, period: float) -> Array:
-    """Return growth rates [1/s] of spectral radii, -inf at a radius of 0."""
-    with np.errstate(divide="ignore"):
-        return np.log(radii) / period
 
 
 def stability_map(

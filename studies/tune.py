@@ -17,21 +17,32 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.errors import ParameterError
+from flexsim.robot_file import Robot
 from flexsim.robots import ChainPlant
 from flexsim.simulate import thread_count
 from studies import tune_folder, tune_report
-from studies.distributions import Distribution
 from studies.genetic import Generation, OnGeneration, Search
 from studies.peers import peer_generations
+from studies.robot_options import ROBOT_FILE, print_differences
+from studies.screening_draws import Screened, screened
 from studies.structures import TEXTBOOK
 from studies.tune_folder import Record
-from studies.tuning import Problem, Tuning, distribution_for, problem_of, tune
+from studies.tuning import (
+    Perturbation,
+    Problem,
+    Tuning,
+    distribution_for,
+    perturbations,
+    problem_of,
+    robot_of,
+    tune,
+)
 
 DEFAULT_OUT = Path("runs/tune")
 INTERRUPTED = 130  # the shell's status for Ctrl-C
@@ -44,7 +55,8 @@ class TuneConfig:
     trajectory: str | None = None
     """line, two-loop or circle; line unless given."""
     plant: str | None = None
-    """assumed-modes, chain or both (the worse of the two counts); assumed-modes unless given."""
+    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or
+    rod; assumed-modes unless given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
     realisation: str | None = None
@@ -64,9 +76,12 @@ class TuneConfig:
     weights: tuple[float, float, float] | None = None
     """Of x, y and v in the index (5); 1 1 1 unless given."""
     perturb: int | None = None
-    """Robots with other EI, rho and friction beside the nominal one; the worst counts. 0."""
+    """Robots with other EI, rho, friction and payload beside the nominal one; the worst counts.
+    0 unless given."""
     perturb_spread: float | None = None
-    """Largest relative change of these; 0.2 unless given."""
+    """Largest relative change of EI, rho and friction; 0.2 unless given."""
+    perturb_payload: float | None = None
+    """Largest payload at the tip [kg]; 0.02 unless given."""
     population: int | None = None
     """Individuals per generation; 50 unless given."""
     generations: int | None = None
@@ -75,12 +90,20 @@ class TuneConfig:
     """Generations without improvement after which the algorithm stops; 10 unless given."""
     survivors: int | None = None
     """The best, which stay and reproduce; 6 unless given."""
+    screen: int | None = None
+    """Candidates at most per individual drawn, to keep those whose linear loop does not grow; 0,
+    no screening, unless given."""
     seed: int | None = None
     """Seed of everything random; 1 unless given."""
     modes: int | None = None
     """Assumed modes, n; 3 unless given."""
     segments: int | None = None
     """Segments of the chain; 6 unless given."""
+    mjcf: str | None = None
+    """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
+    beam: Literal["file", "analytic"] | None = None
+    """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
+    beam's on the file's rigid bodies; file unless given."""
     out: Path | None = None
     """Folder of the run, made anew; runs/tune unless given."""
     force: bool = False
@@ -108,35 +131,46 @@ def tuning_of(config: TuneConfig) -> Tuning:
     values = given(config)
     tuning = Tuning(**values)
     textbook = tuning.realisation == TEXTBOOK
+    kind = tuning.plant.partition(":")[0]
     for name, useless, reason in (
         ("terms", textbook, "the textbook realisation has no series to cut"),
         ("filter_time", not textbook, "only the textbook realisation has one"),
         ("perturb_spread", not tuning.perturb, "no robots are perturbed; add --perturb"),
+        ("perturb_payload", not tuning.perturb, "no robots are perturbed; add --perturb"),
         ("patience", tuning.tuner != "genetic", f"{tuning.tuner} always uses its whole budget"),
-        ("modes", tuning.plant == "chain", "the chain has none"),
-        ("segments", tuning.plant == "assumed-modes", "the assumed modes have none"),
+        ("screen", tuning.tuner != "genetic", "only the genetic algorithm's draws are screened"),
+        ("modes", kind in ("chain", "untuned", "rod", "rigid"), f"the {kind} plant has none"),
+        ("segments", kind in ("assumed-modes", "printed", "rigid"), f"the {kind} plant has none"),
     ):
         if name in values and useless:
             raise ParameterError(f"--{name.replace('_', '-')} has no effect: {reason}")
     return tuning
 
 
-def mjcf_texts(problem: Problem) -> dict[str, str]:
-    """Return the MJCF of every chain that a problem runs on, by file name."""
+def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
+    """Return what a run keeps beside its configuration: MJCF and perturbed robots, by file name."""
+    texts = {}
     chains = [plant for plant, _ in problem.scenarios if isinstance(plant, ChainPlant)]
-    return {
-        f"chain_{i}.xml" if i else "chain.xml": plant.chain.text for i, plant in enumerate(chains)
-    }
+    if robot.file is not None:
+        texts[ROBOT_FILE] = robot.file.text
+    elif chains:
+        texts["chain.xml"] = chains[0].chain.text
+    if tuning.perturb:
+        lines = [",".join(map(repr, each)) for each in perturbations(tuning)]
+        texts["robots.csv"] = "\n".join([",".join(Perturbation._fields), *lines, ""])
+    return texts
 
 
 def begin(config: TuneConfig) -> tuple[Path, Record, Problem]:
     """Return a new run, its folder made when all else is known to be right."""
     tuning = tuning_of(config)
-    draws: Distribution = distribution_for(tuning)
+    given_draws = distribution_for(tuning)
     check_threads(config.threads)
-    problem = problem_of(tuning, config.threads)
+    robot = robot_of(tuning)
+    problem = problem_of(tuning, config.threads, robot)
+    draws = screened(tuning, given_draws, problem)
     folder = config.out or DEFAULT_OUT
-    tune_folder.start(folder, config.force, tuning, draws, mjcf_texts(problem))
+    tune_folder.start(folder, config.force, tuning, draws, texts_of(tuning, problem, robot))
     return folder, Record(tuning, draws, [], len(tune_folder.HEADER)), problem
 
 
@@ -158,10 +192,13 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Path, Record, Problem]:
                 "leave it out, or start a new run"
             )
     check_threads(config.threads)
-    problem = problem_of(record.tuning, config.threads)
-    tune_folder.check_texts(folder, mjcf_texts(problem))
+    kept = None if record.tuning.mjcf is None else folder / ROBOT_FILE  # not its later edits
+    robot = Robot.of(kept, record.tuning.beam)
+    problem = problem_of(record.tuning, config.threads, robot)
+    tune_folder.check_texts(folder, texts_of(record.tuning, problem, robot))
+    draws = screened(record.tuning, record.draws, problem)
     tune_folder.cut(folder, record.size)
-    return folder, record, problem
+    return folder, dataclasses.replace(record, draws=draws), problem
 
 
 def check_threads(threads: int | None) -> None:
@@ -239,11 +276,17 @@ def command(config: TuneConfig) -> None:
     else:
         folder, record, problem = take_up(config, config.resume)
     search = carry_out(folder, record, problem)
+    tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
-        print(tune_report.as_json(search, len(problem.scenarios), folder))
+        more = {"screened": vars(tally)} if tally else {}
+        print(tune_report.as_json(search, len(problem.scenarios), folder, more))
         return
     out = Console(highlight=False)
+    if record.tuning.mjcf is not None:
+        print_differences(Robot.of(folder / ROBOT_FILE), out)
     out.print(tune_report.summary(search), soft_wrap=True)
+    if tally:
+        out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")
     table = tune_report.result_table(search)
     if table is not None:
         out.print(table)

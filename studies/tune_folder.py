@@ -45,7 +45,18 @@ HEADER = (",".join(COLUMNS) + "\n").encode()
 DECIDES = (  # sources that a result depends on
     "flexsim/*.py",
     "controllers/*.py",
-    *(f"studies/{n}.py" for n in ("distributions", "genetic", "peers", "structures", "tuning")),
+    *(
+        f"studies/{name}.py"
+        for name in (
+            "distributions",
+            "genetic",
+            "peers",
+            "screening_draws",
+            "stability_growth",
+            "structures",
+            "tuning",
+        )
+    ),
 )
 UNITS = {
     "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -162,9 +163,9 @@ def result_table(search: Search) -> Table | None:
     return table
 
 
-def as_json(search: Search, scenarios: int, run: Path) -> str:
-    """Return what --json prints."""
-    return to_json({**result_of(search, scenarios), "run": str(run)})
+def as_json(search: Search, scenarios: int, run: Path, more: Mapping[str, Any]) -> str:
+    """Return what --json prints: the result, and `more` that is of this session only."""
+    return to_json({**result_of(search, scenarios), "run": str(run), **more})
 
 
 def summary(search: Search) -> str:

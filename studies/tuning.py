@@ -11,16 +11,17 @@ No folders, no terminal: any study can call this as often as it likes.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
 from flexsim.friction import Friction
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.robot_file import Robot, plant_kind
+from flexsim.robots import Plant
 from flexsim.settings import Setting, setting
 from flexsim.simulate import evaluate, loop_of
 from flexsim.trajectories import Reference, reference, trajectory
@@ -39,7 +40,7 @@ from studies.structures import Structure
 
 Array = NDArray[np.float64]
 
-PLANTS = ("assumed-modes", "chain", "both")
+PLANTS, BOTH = ("assumed-modes", "chain"), "both"
 TUNERS: dict[str, Callable[..., Search]] = {
     "genetic": run_genetic,
     "cma": run_cma,
@@ -55,15 +56,19 @@ class Tuning:
     """Everything that a tuned result depends on; plain values, as a run's config.json has them.
 
     Attributes:
-        trajectory, setting: names. plant: 'assumed-modes', 'chain' or 'both'.
+        trajectory, setting: names. plant: 'both', or a plant's name, see `flexsim.robot_file`.
         controller, realisation, terms, period, filter_time: see `Structure`.
         distribution: 'table-1', 'log-uniform' or a TOML file, see `studies.distributions`.
         tuner: 'genetic', 'cma' or 'de'.
         weights: of x, y and v in the index (5).
         perturb: perturbed robots beside the nominal one, each plant on all of them; the worst
-            counts. perturb_spread: their relative changes are at most this.
+            counts. perturb_spread: the relative changes of EI, rho and friction are at most this.
+        perturb_payload: the payload at the tip is at most this [kg].
         population, generations, patience, survivors: see `GeneticSettings`.
-        modes: n. segments: N of the chain.
+        screen: candidates at most per individual drawn, those kept whose linear loop does not
+            grow, see `studies.screening_draws`; 0 for no screening.
+        modes: n. segments: N of the chain, None for 6 or the file's.
+        mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
 
     Raises:
         ParameterError: an unknown name, a number out of range, what does not go together.
@@ -82,33 +87,41 @@ class Tuning:
     weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
     perturb: int = 0
     perturb_spread: float = 0.2
+    perturb_payload: float = 0.02
     population: int = 50
     generations: int = 100
     patience: int = 10
     survivors: int = 6
+    screen: int = 0
     seed: int = 1
     modes: int = 3
-    segments: int = 6
+    segments: int | None = None
+    mjcf: str | None = None
+    beam: str = "file"
 
     def __post_init__(self) -> None:
         trajectory(self.trajectory)
         setting(self.setting)
-        for label, value, known in (
-            ("plant", self.plant, PLANTS),
-            ("tuner", self.tuner, tuple(TUNERS)),
-        ):
-            if value not in known:
-                raise ParameterError(
-                    f"{label} {value!r} is unknown; choose one of {', '.join(known)}"
-                )
+        if self.plant != BOTH:
+            plant_kind(self.plant)  # refuses what is none
+        if self.tuner not in TUNERS:
+            raise ParameterError(
+                f"tuner {self.tuner!r} is unknown; choose one of {', '.join(TUNERS)}"
+            )
         if not 0 <= self.seed <= SEED_MOST:
             raise ParameterError(f"seed is {self.seed}; give 0 to {SEED_MOST}")
         if self.perturb < 0:
             raise ParameterError(f"perturb is {self.perturb}; give 0 or more perturbed robots")
+        if self.screen < 0 or self.screen == 1:
+            raise ParameterError(
+                f"screen is {self.screen}; give 0 for none, or 2 or more candidates"
+            )
         if not 0 < self.perturb_spread < 1:
             raise ParameterError(
                 f"perturb spread is {self.perturb_spread}; give more than 0 and less than 1"
             )
+        if not 0 <= self.perturb_payload < math.inf:
+            raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
         if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
             raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
         _ = self.structure  # refuses what it cannot be made of
@@ -167,18 +180,27 @@ class Problem:
         return Scores(indices, diverged)
 
 
-def perturbed_robots(
-    parameters: Parameters, chosen: Setting, count: int, spread: float, seed: int
-) -> Iterator[tuple[Parameters, Setting]]:
-    """Give robots with EI, rho and friction each multiplied by a factor of 1 +- spread, even.
+class Perturbation(NamedTuple):
+    """Factors of EI, rho and friction, and the payload at the tip [kg]."""
+
+    stiffness: float
+    density: float
+    friction: float
+    payload: float
+
+
+def perturbations(tuning: Tuning) -> list[Perturbation]:
+    """Return what perturbed robots differ by, even between the bounds that a tuning gives.
 
     One factor for all of Table 4's friction: dead zones, Coulomb friction and slopes.
     """
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=PERTURBATION_STREAM))
-    for _ in range(count):
-        stiff, heavy, rough = (float(x) for x in 1 + rng.uniform(-spread, spread, 3))
-        robot = replace(parameters, EI=stiff * parameters.EI, rho=heavy * parameters.rho)
-        yield robot, replace(chosen, friction=_scaled(chosen.friction, rough))
+    rng = np.random.default_rng(np.random.SeedSequence(tuning.seed, spawn_key=PERTURBATION_STREAM))
+    spread, most = tuning.perturb_spread, tuning.perturb_payload
+    found = []
+    for _ in range(tuning.perturb):
+        stiffness, density, friction = (float(x) for x in 1 + rng.uniform(-spread, spread, 3))
+        found.append(Perturbation(stiffness, density, friction, float(rng.uniform(0, most))))
+    return found
 
 
 def _scaled(friction: Friction, factor: float) -> Friction:
@@ -192,36 +214,48 @@ def _scaled(friction: Friction, factor: float) -> Friction:
     )
 
 
-def scenarios_of(tuning: Tuning) -> tuple[tuple[Plant, Setting], ...]:
+def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], ...]:
     """Return the plants to run on, the nominal robot's first, with their settings.
 
     Raises:
-        ParameterError, ModelError: modes or segments out of range.
+        ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
     """
     nominal = setting(tuning.setting)
-    robot = nominal.applied(Parameters())
-    robots = [
-        (robot, nominal),
-        *perturbed_robots(robot, nominal, tuning.perturb, tuning.perturb_spread, tuning.seed),
-    ]
-    chosen: list[tuple[Plant, Setting]] = []
-    for each, its in robots:
-        if tuning.plant != "chain":
-            chosen.append((AssumedModesPlant(each, tuning.modes), its))
-        if tuning.plant != "assumed-modes":
-            chosen.append((ChainPlant.designed(each, tuning.segments), its))
-    return tuple(chosen)
+    robots = [(robot, nominal)]
+    for each in perturbations(tuning):
+        other = robot.changed(each.stiffness, each.density, each.payload)
+        robots.append((other, replace(nominal, friction=_scaled(nominal.friction, each.friction))))
+    names = PLANTS if tuning.plant == BOTH else (tuning.plant,)
+    return tuple(
+        (each.plant(name, its, tuning.modes, tuning.segments), its)
+        for each, its in robots
+        for name in names
+    )
 
 
-def problem_of(tuning: Tuning, threads: int | None = None) -> Problem:
+def robot_of(tuning: Tuning) -> Robot:
+    """Return the robot that a tuning names.
+
+    Raises:
+        ParameterError, ModelError: its file cannot be used.
+    """
+    return Robot.of(tuning.mjcf, tuning.beam)
+
+
+def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None = None) -> Problem:
     """Return the problem that a tuning describes.
+
+    Args:
+        tuning: as named. threads: None for all.
+        robot: instead of reading the tuning's file again.
 
     Raises:
         ParameterError, ModelError: a number out of range, or a period that is no whole multiple of
             a plant's physics step.
     """
-    ref = reference(trajectory(tuning.trajectory), Parameters(), tuning.period)
-    scenarios = scenarios_of(tuning)
+    robot = robot_of(tuning) if robot is None else robot
+    ref = reference(trajectory(tuning.trajectory), robot.parameters, tuning.period)
+    scenarios = scenarios_of(tuning, robot)
     for plant, _ in scenarios:
         loop_of(plant, ref, weights=tuning.weights)  # checks period, step and weights
     return Problem(tuning.structure, scenarios, ref, tuning.weights, threads)

@@ -23,7 +23,7 @@ PAYLOAD = """<site name="tip" pos="0.077095 0 0"/>
 EDITS = {
     "payload": edited('<site name="tip" pos="0.077095 0 0"/>', PAYLOAD),
     "soft hinge": edited('stiffness="3.78728623566"', 'stiffness="1.89364311783"'),
-    "damped": edited('<joint damping="0"/>', '<joint damping="0.004"/>'),
+    "damped": edited('<joint damping="0"/>', '<joint damping="0.00455"/>'),
     "longer": chain_mjcf(Parameters(L=0.6), design_chain(Parameters(L=0.6), 6)),
     "heavy link": edited('diaginertia="0.25 0.25 0.25"', 'diaginertia="0.5 0.5 0.5"'),
     "4 segments": chain_mjcf(Parameters(), design_chain(Parameters(), 4)),

@@ -150,7 +150,12 @@ def test_crosscheck_fails_on_another_beam(
     arguments = ["chain", "--segments", "8", "--plain", "--timestep", "5e-4", "--out", str(file)]
     assert main(arguments) == 0
     capsys.readouterr()
-    shown = printed(["crosscheck", "--mjcf", str(file), "--json"], capsys)
+    words = ["crosscheck", "--mjcf", str(file), "--json"]
+    assert printed(words, capsys)["ok"]  # its own modes are those of the same chain
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--beam", "analytic"])
+    assert ended.value.code == 1
+    shown = json.loads(capsys.readouterr().out)
     failed = [rung["name"] for rung in shown["rungs"] if not rung["ok"]]
     assert not shown["ok"]
     assert any("clamped" in name for name in failed)

@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, RunError, drive
+from flexsim.robot_file import Robot
 from flexsim.settings import setting
 from studies.crosscheck import trial_torque
-from studies.drive import MOTION_HEADER, PLANTS, make_plant, read_torque, write_motion
+from studies.drive import MOTION_HEADER, read_torque, write_motion
 from studies.main import main
 
+PLANTS = ("assumed-modes", "chain")
 MODELS = Path(__file__).parent.parent / "models"
 HEADER = "t,tau1,tau2\n"
 WORK = 1e-7  # relative: RK4 and the trapezoidal rule at 1 ms
@@ -80,7 +82,7 @@ def test_energy_is_the_work_of_the_held_torque(plant: str, tmp_path: Path) -> No
     """What a constant torque puts in, less the friction (31), is in the motion."""
     p = Parameters()
     push = np.tile([1.0, 0.0], (101, 1))
-    motion = drive(make_plant(plant, "none"), setting("none"), push[:-1])
+    motion = drive(Robot().plant(plant, setting("none")), setting("none"), push[:-1])
     written = replayed(tmp_path, push, "--plant", plant)
     np.testing.assert_array_equal(written["theta1"], motion.joint[:, 0])
     m = motion.state.shape[1] // 2
@@ -127,22 +129,35 @@ def test_a_setting_brings_its_friction_and_its_motor(plant: str, tmp_path: Path)
     free = replayed(tmp_path, torque, *options)
     fitted = replayed(tmp_path, torque, *options, "--setting", "reconstructed")
     chosen = setting("reconstructed")
-    made = make_plant(plant, "reconstructed")
+    made = Robot().plant(plant, setting("reconstructed"))
     wanted = drive(made, chosen, torque, theta=(0.0, 1.2))
     np.testing.assert_array_equal(fitted["theta2"], wanted.joint[:-1, 1])
     assert np.abs(fitted["theta1"] - free["theta1"]).max() > 1e-3
-    light = make_plant(plant, "joint")  # the same friction without the motor
+    light = Robot().plant(plant, setting("joint"))  # the same friction without the motor
     other = drive(light, replace(chosen, I_m2=None), torque, theta=(0.0, 1.2))
     assert np.abs(wanted.joint - other.joint).max() > 1e-4
 
 
-def test_an_edited_file_moves_otherwise(tmp_path: Path) -> None:
+@pytest.mark.parametrize("plant", PLANTS)
+def test_an_edited_file_moves_otherwise(plant: str, tmp_path: Path) -> None:
     text = (MODELS / "chain6.xml").read_text()
     (tmp_path / "heavy.xml").write_text(text.replace('mass="0.47"', 'mass="4.7"'))
     torque = trial_torque(4.0, duration=0.1)
-    usual = replayed(tmp_path, torque, "--mjcf", str(MODELS / "chain6.xml"))
-    heavy = replayed(tmp_path, torque, "--mjcf", str(tmp_path / "heavy.xml"))
+    options = ("--plant", plant, "--mjcf")
+    usual = replayed(tmp_path, torque, *options, str(MODELS / "chain6.xml"))
+    heavy = replayed(tmp_path, torque, *options, str(tmp_path / "heavy.xml"))
     assert np.abs(heavy["theta1"]).max() < 0.9 * np.abs(usual["theta1"]).max()
+
+
+@pytest.mark.parametrize("plant", ["rigid", "assumed-modes:5", "printed", "chain:4", "untuned:8", "rod:8"])
+def test_every_rung_can_be_driven(plant: str, tmp_path: Path) -> None:
+    """All of them are one robot: after 0.1 s their tips are within the beam's deflection."""
+    torque = trial_torque(1.0, duration=0.1)
+    options = ("--theta2", "1.2", "--plant")
+    usual = replayed(tmp_path, torque, *options, "chain")
+    other = replayed(tmp_path, torque, *options, plant)
+    apart = np.hypot(other["x"] - usual["x"], other["y"] - usual["y"]).max()
+    assert 0 < apart < 2 * np.abs(usual["v"]).max()
 
 
 @pytest.mark.parametrize("prefix", ["", "\ufeff"])
@@ -192,7 +207,8 @@ def test_torque_file_is_refused(
         ("--torque tau.csv --out none/o.csv", ("none/o.csv: cannot write",)),
         (f"--torque tau.csv --out {'o' * 300}.csv", ("too long",)),
         ("--torque folder --out o.csv", ("folder: cannot read the torque file",)),
-        ("--torque tau.csv --out o.csv --plant assumed-modes --mjcf m.xml", ("--plant chain",)),
+        ("--torque tau.csv --out o.csv --plant untuned --mjcf m.xml", ("m.xml: cannot read",)),
+        ("--torque tau.csv --out o.csv --beam analytic", ("--beam", "no effect without --mjcf")),
         ("--torque tau.csv --out o.csv --mjcf none.xml", ("none.xml: cannot read",)),
         ("--torque tau.csv --out o.csv --theta2 inf", ("inf", "finite")),
         ("--torque tau.csv --out o.csv --theta2 bent", ("--theta2", "'bent'")),
@@ -248,7 +264,5 @@ def test_summary_says_where_the_tip_ends(
 
 
 def test_unknown_names_list_the_known() -> None:
-    with pytest.raises(ParameterError, match="'rope' is unknown; choose one of assumed-modes, ch"):
-        make_plant("rope", "none")
-    with pytest.raises(ParameterError, match="'ice' is unknown; choose one of none, print"):
-        make_plant("chain", "ice")
+    with pytest.raises(ParameterError, match="'rope' is unknown; choose rigid, assumed-modes"):
+        Robot().plant("rope")

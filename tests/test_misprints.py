@@ -9,6 +9,7 @@ import pytest
 from controllers import TUNED
 from flexsim import AssumedModesPlant, Parameters, drive, reference, setting, trajectory
 from flexsim.printed import AS_PRINTED, MISPRINTS
+from flexsim.robot_file import Robot
 from studies.crosscheck import tip_difference, trial_torque
 from studies.main import main
 from studies.misprints import (
@@ -31,13 +32,13 @@ PLANT = MisprintedPlant(Parameters())
 
 @pytest.mark.parametrize(("start", "limit"), [("gentle", CONSERVED), ("bent", BENT)])
 def test_without_misprints_energy_stays(start: str, limit: float) -> None:
-    assert np.abs(free_motion(0, start)).max() < limit
+    assert np.abs(free_motion(Robot(), 0, start)).max() < limit
 
 
 def test_every_misprint_alone_makes_energy_from_a_bent_beam() -> None:
     for switch in MISPRINTS.values():
-        assert np.abs(free_motion(switch, "bent")).max() > 100 * BENT
-    assert np.abs(free_motion(MISPRINTS["(46) square"], "brisk")).max() > DRIFT_46
+        assert np.abs(free_motion(Robot(), switch, "bent")).max() > 100 * BENT
+    assert np.abs(free_motion(Robot(), MISPRINTS["(46) square"], "brisk")).max() > DRIFT_46
 
 
 def test_switches_reach_the_plant() -> None:

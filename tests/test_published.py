@@ -89,7 +89,10 @@ def test_tuned_controllers_use_both_operators() -> None:
         for gains in (controller.joint1, controller.joint2):
             assert gains.k1 != 0.0
             assert gains.k2 != 0.0
-        assert "section 3.2" in controller.source
+        assert (
+            controller.source
+            == f"flexsim tune --trajectory {controller.name} --plant both --seed 2"
+        )
 
 
 def test_names_are_the_keys_and_nothing_can_be_changed() -> None:

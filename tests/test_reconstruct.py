@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from flexsim import AssumedModesPlant, Parameters
+from flexsim.robot_file import Robot
 from studies.main import main
 from studies.reconstruct import (
     FIGURES,
@@ -27,7 +28,7 @@ SPREAD = 0.25  # relative to the medians of twelve runs that the README quotes
 
 def modes_row(name: str, figure: str) -> dict:
     variant = BY_NAME[name]
-    plant = variant.plants(3, 6)[0]
+    plant = variant.plants(Robot(), 3, 6)[0]
     assert isinstance(plant, AssumedModesPlant)
     return figure_row(variant, figure, plant, QUICKLY)
 
@@ -67,8 +68,10 @@ def test_variants_differ_in_one_thing_and_names_are_unique() -> None:
         pytest.approx(0.8 * LIMITS[1]),
     )
     assert BY_NAME["I_m2 +20 %"].setting.I_m2 == pytest.approx(1.2 * 0.0557)
-    assert BY_NAME["I_m2 = 0"].plants(3, 6)[0].parameters == Parameters()
-    assert {plant.step for plant in BY_NAME["physics step 0.25 ms"].plants(3, 6)} == {0.25e-3}
+    assert BY_NAME["I_m2 = 0"].plants(Robot(), 3, 6)[0].parameters == Parameters()
+    assert {plant.step for plant in BY_NAME["physics step 0.25 ms"].plants(Robot(), 3, 6)} == {
+        0.25e-3
+    }
 
 
 def test_moved_and_resized_figures() -> None:
@@ -85,7 +88,7 @@ def test_moved_and_resized_figures() -> None:
 
 def test_small_hairs_last_on_the_assumed_modes() -> None:
     variant = BY_NAME["as reconstructed"]
-    row, distance = chaos_row(variant, "5", variant.plants(3, 6)[0], QUICKLY)
+    row, distance = chaos_row(variant, "5", variant.plants(Robot(), 3, 6)[0], QUICKLY)
     assert row["kind"] != "chaotic" and row["apart_1e-09"] == 0.0
     assert distance[0] == pytest.approx(1e-9, rel=1e-3) and distance.max() < 1e-6
 

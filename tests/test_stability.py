@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
+from trial_controllers import TRIAL
 
-from controllers import TUNED, Gains, fractional_pid, textbook_pid
+from controllers import Gains, fractional_pid, textbook_pid
 from flexsim import ParameterError
 from flexsim.closed_loop import stack_filters
 from flexsim.friction import Friction
@@ -59,7 +60,7 @@ def around_stability(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def tuned_loop(plant: Plant, name: str, options: LoopOptions = AS_SIMULATED) -> LinearLoop:
-    return linear_loop(plant, POSE, *stack_filters([TUNED[name].filters(PERIOD)]), options)
+    return linear_loop(plant, POSE, *stack_filters([TRIAL[name].filters(PERIOD)]), options)
 
 
 def integrators(gain: float) -> LinearLoop:
@@ -140,7 +141,7 @@ def test_what_is_not_finite_is_unstable(modes_plant: AssumedModesPlant) -> None:
     assert np.isinf(radii).tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize("name", list(TUNED))
+@pytest.mark.parametrize("name", list(TRIAL))
 def test_growth_rate_is_that_of_the_simulation(plant: Plant, name: str) -> None:
     loop = tuned_loop(plant, name)
     assert simulated_growth(plant, loop, AS_SIMULATED) == pytest.approx(
@@ -204,7 +205,7 @@ def test_a_textbook_pd_of_both_joints_is_stable(plant: Plant) -> None:
 
 
 def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant) -> None:
-    found = stability_map(modes_plant, TUNED["circle"], 0, POSE, AS_SIMULATED, 5)
+    found = stability_map(modes_plant, TRIAL["circle"], 0, POSE, AS_SIMULATED, 5)
     assert found.growth.shape == (5, 5)
     assert found.own == pytest.approx((8660.0, 0.06911))
     assert np.diff(np.log(found.k)) == pytest.approx(np.full(4, math.log(100) / 4))

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trial_controllers import TRIAL
 
-from controllers import TUNED
 from flexsim import ParameterError, Parameters
 from flexsim.friction import Friction
 from flexsim.linear import LinearPlant, linearise, zero_order_hold
@@ -27,7 +27,7 @@ from flexsim.true_tip import (
 PARAMETERS = Parameters()
 PERIOD = 1e-3  # [s]
 NAMES = ("line", "two-loop", "circle")
-HOLDING = TUNED["circle"].filters(PERIOD)  # stable without friction on every trajectory
+HOLDING = TRIAL["circle"].filters(PERIOD)  # stable without friction on every trajectory
 FIFTH = 0.2  # the aim: shaped over unshaped envelope
 THOUSANDTH = 1e-3  # the same with the filters' errors and a lead added; measured: 5e-4 at most
 ON_PATH = 1e-12  # [m]; the tip of the motion, by construction
@@ -133,7 +133,7 @@ def test_every_controller_gains_that_holds_without_friction(modes_plant: Assumed
     ref = path("two-loop")
     shaped = shaped_reference(ref, modes_plant)
     for name in ("line", "circle"):  # 'two-loop' itself is unstable without friction
-        filters = TUNED[name].filters(PERIOD)
+        filters = TRIAL[name].filters(PERIOD)
         assert envelope(modes_plant, shaped, filters) < FIFTH * envelope(modes_plant, ref, filters)
 
 

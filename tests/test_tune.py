@@ -14,22 +14,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
+from trial_controllers import TRIAL
 
-from controllers import TUNED, Controller, Gains, textbook_pid
+from controllers import Controller, Gains, textbook_pid
 from flexsim import ParameterError, Parameters, evaluate, reference, setting, trajectory
 from flexsim.robots import AssumedModesPlant
 from flexsim.simulate import thread_count
 from studies.distributions import LOG_UNIFORM, NAMES, TABLE_1
 from studies.main import main
 from studies.structures import SI_NAMES, Structure, in_si
-from studies.tuning import Tuning, distribution_for, perturbed_robots, problem_of, tune
+from studies.tuning import Tuning, distribution_for, perturbations, problem_of, tune
 
 ROUNDING = 1e-14  # relative to the largest tap: two orders of summation of eleven terms
 SMALL = ("--population", "8", "--survivors", "3", "--generations", "40", "--patience", "40")
 KILLED_AFTER = 3  # generations
 PATIENCE = 60.0  # [s] for a subprocess to start, compile included
 OUTPUTS = {"config.json", "generations.csv", "convergence.csv", "convergence.rrd", "result.json"}
-HELD = np.array(  # TUNED["circle"] as a tuner draws it
+HELD = np.array(  # TRIAL["circle"] as a tuner draws it
     [8660.0, 0.06911, 1.235, 0.0297, 0.141, 103.7, 0.4938, 1.107, -0.07112, 0.1552]
 )
 
@@ -116,7 +117,7 @@ def test_what_no_filter_can_be_built_from_counts_as_diverged_at_once():
 def test_the_index_is_the_closed_loops():
     robot = Parameters()
     circle = reference(trajectory("circle"), robot)
-    filters = [TUNED["circle"].filters(1e-3)]
+    filters = [TRIAL["circle"].filters(1e-3)]
     outcome = evaluate(AssumedModesPlant(robot), setting("print"), circle, filters)
     scores = problem_of(Tuning(trajectory="circle"))(HELD[None])
     assert scores.indices == pytest.approx(outcome.indices, rel=1e-9)
@@ -147,17 +148,29 @@ def test_perturbed_is_the_worst_of_all_robots():
     assert problem(HELD[None]).indices[0] >= nominal.indices[0]
 
 
-def test_perturbations_stay_in_their_spread_and_follow_the_seed():
-    def robots(seed):
-        return list(perturbed_robots(Parameters(), setting("print"), 50, 0.1, seed))
+def test_perturbations_stay_in_their_bounds_and_follow_the_seed():
+    def drawn(seed, payload=0.03):
+        return perturbations(
+            Tuning(perturb=50, perturb_spread=0.1, perturb_payload=payload, seed=seed)
+        )
 
-    nominal = Parameters()
-    for robot, its in robots(1):
-        ratios = (robot.EI / nominal.EI, robot.rho / nominal.rho, its.friction.tau_0[0] / 4.56)
-        assert all(abs(ratio - 1) <= 0.1 for ratio in ratios)
-        assert its.friction.mu[1] / 1.0231 == pytest.approx(ratios[2])
-        assert its.friction.dead_zone[0][0] / -3.2379 == pytest.approx(ratios[2])
-    assert robots(1) == robots(1) != robots(2)
+    found = np.array(drawn(1))
+    assert np.abs(found[:, :3] - 1).max() <= 0.1 and np.ptp(found[:, :3], axis=0).min() > 0.15
+    assert found[:, 3].min() >= 0 and 0.02 < found[:, 3].max() <= 0.03
+    assert drawn(1) == drawn(1) != drawn(2)
+    assert np.array(drawn(1, payload=0.0))[:, 3].max() == 0.0
+
+
+def test_perturbed_robots_carry_their_factors_on_both_plants():
+    tuning = Tuning(trajectory="circle", plant="both", perturb=2)
+    (modes, _), _, *others = problem_of(tuning).scenarios
+    for each, (plant, its) in zip(np.repeat(perturbations(tuning), 2, axis=0), others, strict=True):
+        p = plant.parameters
+        assert p.EI / 0.349 == pytest.approx(each[0], rel=1e-4)  # the chain's compliance
+        assert p.m_b == pytest.approx(each[1] * modes.parameters.m_b + each[3], rel=1e-12)
+        assert its.friction.tau_0[0] / 4.56 == pytest.approx(each[2])
+        assert its.friction.mu[1] / 1.0231 == pytest.approx(each[2])
+        assert its.friction.dead_zone[0][0] / -3.2379 == pytest.approx(each[2])
 
 
 def test_weights_and_period_reach_the_index():
@@ -170,7 +183,7 @@ def test_weights_and_period_reach_the_index():
 
 def test_gains_are_in_milliseconds_and_stored_in_si_too():
     si = in_si(HELD[None])[0]
-    published = TUNED["circle"]
+    published = TRIAL["circle"]
     assert si[:5] == pytest.approx(list(vars(published.joint1).values()))
     assert si[5:] == pytest.approx(list(vars(published.joint2).values()))
 
@@ -342,7 +355,7 @@ def test_a_search_that_finds_nothing_says_so(tmp_path, capsys):
     "options, word",
     [
         (["--trajectory", "square"], "two-loop"),
-        (["--plant", "beam"], "both"),
+        (["--plant", "beam"], "rigid"),
         (["--controller", "pd"], "fractional"),
         (["--realisation", "padé"], "tustin"),
         (["--realisation", "textbook"], "pid"),

@@ -1,0 +1,280 @@
+"""The ladder in words, tables and figures, and its Pareto fronts.
+
+>>> cost_figure(result, run / "cost_accuracy.png")      # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from flexsim.traces import kind
+from studies.figures import DPI, FONT, OTHER_STYLE, STYLES, _finish, _save
+from studies.run_folder import write_rows
+
+if TYPE_CHECKING:
+    from studies.ladder import LadderResult
+
+Rows = Sequence[Mapping[str, Any]]
+
+FILES = ("rows.csv", "integrators.csv")
+TARGETS = (1e-3, 1e-4, 1e-5)  # [m] of the verdict
+MICRO = 1e6
+SIZE = (16.0, 8.5)  # [in]
+IN_MUJOCO = ("chain", "untuned", "rod")  # kinds of plants
+MARKERS = {"rigid": "D", "assumed-modes": "o", "printed": "X", "chain": "s", "untuned": "^"}
+COLOURS = {"RK4": "#0072B2", "Euler": "#D55E00", "implicitfast": "#E69F00", "discrete": "#009E73"}
+
+
+def front(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
+    """Return which rows no other beats: none is as cheap and as near, and better in one."""
+    pairs = list(zip(costs, errors, strict=True))
+    return [
+        math.isfinite(error)
+        and not any(c <= cost and e <= error and (c, e) != (cost, error) for c, e in pairs)
+        for cost, error in pairs
+    ]
+
+
+def mark_fronts(
+    rows: list[dict[str, Any]], uncertainty: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    """Return the rows with `pareto_` of each torque; errors count down to the uncertainty [m]."""
+    costs, marks = [row["us_per_ms"] for row in rows], {}
+    for torque, doubt in uncertainty.items():
+        marks[torque] = front(costs, [max(row[f"tip_{torque}"], doubt) for row in rows])
+    return [
+        row | {f"pareto_{torque}": mark[i] for torque, mark in marks.items()}
+        for i, row in enumerate(rows)
+    ]
+
+
+def _micrometres(value: float | None, doubt: float = 0.0) -> str:
+    """Return a length in micrometres, two digits; what is below its doubt as that."""
+    if value is None or not math.isfinite(value):
+        return "ran away"
+    if value < doubt:
+        return f"< {MICRO * doubt:.2g}"
+    shown = MICRO * value
+    return f"{shown:.3g}" if shown < 1000 else f"{shown:.0f}"
+
+
+def frequency_table(result: LadderResult) -> Table:
+    """Return the frequencies of every rung below those of the beam."""
+    grid = Table(box=box.SIMPLE_HEAD, title="Frequencies (Hz)", title_justify="left")
+    grid.add_column("", no_wrap=True)
+    for name in ("clamped 1", "2", "3", "joints free 1", "2", "3"):
+        grid.add_column(name, justify="right", no_wrap=True)
+    ref = result.reference
+    grid.add_row("reference", *_hertz(ref.clamped_hz), *_hertz(ref.joint_free_hz), end_section=True)
+    for row in result.rows:
+        grid.add_row(row["plant"], *_hertz(row["clamped_hz"]), *_hertz(row["joint_free_hz"]))
+    return grid
+
+
+def _hertz(values: Sequence[float]) -> Iterator[str]:
+    return (f"{value:.4f}" if math.isfinite(value) else "" for value in values)
+
+
+def rung_table(result: LadderResult) -> Table:
+    """Return tips, envelope and cost of every rung; a star marks those on a Pareto front."""
+    grid = Table(box=box.SIMPLE_HEAD)
+    grid.add_column("", no_wrap=True)
+    for name in ("step", "tip, small", "", "tip, large", "", "envelope", "cost"):
+        grid.add_column(name, justify="right", no_wrap=True)
+    grid.add_row("", "ms", "um rms", "", "um rms", "", "mm", "us per ms", end_section=True)
+    doubt = result.reference.uncertainty
+    for row in result.rows:
+        tips = []
+        for torque in doubt:
+            tips.append(_micrometres(row[f"tip_{torque}"], doubt[torque]))
+            tips.append("*" if row[f"pareto_{torque}"] else "")
+        lost = f"lost at {row['diverged_at']:.2f} s" if row["diverged"] else ""
+        envelope = lost or f"{1e3 * row['envelope']:.3f}"
+        cost = f"{row['us_per_ms']:.2f}"
+        grid.add_row(row["plant"], f"{1e3 * row['step']:g}", *tips, envelope, cost)
+    return grid
+
+
+def integrator_table(rows: Rows) -> Table:
+    """Return what each integrator and step does: mode 3, energy, tips, cost."""
+    grid = Table(box=box.SIMPLE_HEAD)
+    grid.add_column("", no_wrap=True)
+    for name in ("step", "f3, shift", "zeta3", "energy", "small", "large", "us/ms"):
+        grid.add_column(name, justify="right", no_wrap=True)
+    last = rows[0]["integrator"]
+    for row in rows:
+        if row["integrator"] != last:
+            grid.add_row()
+            last = row["integrator"]
+        cells = [row["integrator"], f"{1e3 * row['step']:g}"]
+        if row["stable"]:
+            figures = row["frequency_shift"][-1], row["damping_ratio"][-1], row["energy_drift"]
+            cells += [f"{figures[0]:+.1e}", f"{figures[1]:.1e}", f"{figures[2]:.1e}"]
+            cells += [_micrometres(row[f"tip_{torque}"]) for torque in ("small", "large")]
+            cells += [f"{row['us_per_ms']:.1f}"]
+        else:
+            cells += ["unstable"]
+        grid.add_row(*cells)
+    return grid
+
+
+def cheapest(rows: Rows, torque: str, target: float) -> Mapping[str, Any] | None:
+    """Return the cheapest row whose tip is within a target [m] under a torque, None if none is."""
+    good = [row for row in rows if row[f"tip_{torque}"] is not None]
+    good = [row for row in good if row[f"tip_{torque}"] <= target]
+    return min(good, key=lambda row: row["us_per_ms"], default=None)
+
+
+def _spoken(row: Mapping[str, Any] | None) -> str:
+    if row is None:
+        return "none"
+    name = row.get("plant") or f"{row['integrator']} at {1e3 * row['step']:g} ms"
+    return f"{name} ({row['us_per_ms']:.2g} us)"
+
+
+def verdict(result: LadderResult) -> str:
+    """Return in words which rung is the cheapest for which accuracy, and which step."""
+    in_mujoco = [row for row in result.rows if kind(row["plant"]) in IN_MUJOCO]
+    lines = []
+    for torque, doubt in result.reference.uncertainty.items():
+        lines.append(f"Cheapest under {torque} torques, tip within")
+        for target in TARGETS:
+            label = f"  {1e3 * target:g} mm: "
+            if target < doubt:
+                lines.append(f"{label}the reference does not tell")
+                continue
+            choice = _spoken(cheapest(result.rows, torque, target))
+            chain = _spoken(cheapest(in_mujoco, torque, target))
+            step = _spoken(cheapest(result.integrators, torque, target))
+            lines.append(f"{label}{choice}; in MuJoCo {chain}; its step: {step}")
+    return "\n".join(lines)
+
+
+def print_report(out: Console, result: LadderResult) -> None:
+    """Print tables and verdict."""
+    ref = result.reference
+    out.print(frequency_table(result))
+    out.print("Open loop against the reference (*: on the Pareto front), envelope in closed loop,")
+    out.print("cost of a simulated millisecond of it on one core")
+    out.print(rung_table(result))
+    doubts = ", ".join(f"{MICRO * v:.2g} um ({name})" for name, v in ref.uncertainty.items())
+    out.print(f"Reference: {ref.name}; its own uncertainty {doubts}", soft_wrap=True)
+    out.print()
+    out.print("Steps (ms) and integrators of the chain: what mj_step does to mode 3, to the energy")
+    out.print(
+        "of free motion, to the tip (um rms, against RK4 at a very short step); cost of mj_step"
+    )
+    out.print(integrator_table(result.integrators))
+    out.print(verdict(result), soft_wrap=True)
+
+
+def flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row with arrays spread over columns, for CSV."""
+    cells: dict[str, Any] = {}
+    for name, value in row.items():
+        if isinstance(value, np.ndarray):
+            cells |= {f"{name}_{i}": each for i, each in enumerate(value.tolist(), 1)}
+        else:
+            cells[name] = value
+    return cells
+
+
+def write_report(folder: Path, result: LadderResult) -> None:
+    """Write tables and figures into a folder."""
+    for name, rows in zip(FILES, (result.rows, result.integrators), strict=True):
+        write_rows(folder / name, [flat(row) for row in rows])
+    (folder / "figures").mkdir()
+    cost_figure(result, folder / "figures/cost_accuracy.png")
+    integrator_figure(result.integrators, folder / "figures/integrators.png")
+
+
+def cost_figure(result: LadderResult, path: Path) -> None:
+    """Write the tips' errors over the cost, small and large torques, with their Pareto fronts.
+
+    Args:
+        result: of the study. path: the PNG to write; a file there is replaced.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, (torque, doubt) in zip(panels, result.reference.uncertainty.items(), strict=True):
+        best = sorted(
+            (row["us_per_ms"], max(row[f"tip_{torque}"], doubt))
+            for row in result.rows
+            if row[f"pareto_{torque}"]
+        )
+        axes.plot(*zip(*best, strict=True), color="0.8", linewidth=9, label="Pareto front")
+        for name in dict.fromkeys(kind(row["plant"]) for row in result.rows):
+            _series(axes, [row for row in result.rows if kind(row["plant"]) == name], torque)
+        axes.axhspan(0, doubt, color="0.93")
+        axes.set(xscale="log", yscale="log", title=f"{torque} torques")
+        axes.set_xlabel("us per simulated ms, closed loop, one core")
+    panels[0].set_ylabel("tip, rms distance to the reference [m]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=7, fontsize=FONT)
+    _finish(figure, panels)
+    _save(figure, path)
+
+
+def _series(axes: Axes, rows: Rows, torque: str) -> None:
+    """Draw the plants of one kind, each with its size."""
+    name = kind(rows[0]["plant"])
+    colour = STYLES.get(name, OTHER_STYLE)["color"]
+    held = [row for row in rows if math.isfinite(row[f"tip_{torque}"])]
+    points = [(row["us_per_ms"], row[f"tip_{torque}"]) for row in held]
+    style = {"color": colour, "linewidth": 1, "markersize": 8}
+    axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=name, **style)
+    for row, point in zip(held, points, strict=True):
+        size = row["plant"].partition(":")[2]
+        below = name in ("chain", "printed")
+        offset = (-5, -14) if below else (4, 7)
+        axes.annotate(
+            size or name, point, offset, textcoords="offset points", color=colour, size=FONT - 2
+        )
+
+
+def integrator_figure(rows: Rows, path: Path) -> None:
+    """Write the tip's error and mode 3's numerical damping over the step, by integrator.
+
+    Args:
+        rows: of the integrators. path: the PNG to write; a file there is replaced.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+    panels = figure.subplots(1, 3, sharex=True)
+    titles = ("tip, large torques, rms [m]", "mode 3, |frequency shift|", "mode 3, damping ratio")
+    for name, colour in COLOURS.items():
+        mine = [row for row in rows if row["integrator"] == name and row["stable"]]
+        steps = [1e3 * row["step"] for row in mine]
+        columns = (
+            [row["tip_large"] for row in mine],
+            [abs(row["frequency_shift"][-1]) for row in mine],
+            [row["damping_ratio"][-1] for row in mine],
+        )
+        broad = {"linewidth": 5, "markersize": 12} if name == "Euler" else {"linewidth": 1.6}
+        for axes, values in zip(panels, columns, strict=True):
+            axes.plot(steps, values, "o-", color=colour, label=name, **broad)
+    for axes, title in zip(panels, titles, strict=True):
+        axes.set(xscale="log", yscale="log", title=title, xlabel="step [ms]")
+    panels[2].set_ylim(bottom=1e-10)
+    panels[2].text(
+        0.04, 0.04, "Euler, implicitfast: none", transform=panels[2].transAxes, size=FONT
+    )
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
+    _finish(figure, panels)
+    _save(figure, path)

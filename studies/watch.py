@@ -1,0 +1,342 @@
+"""What does this edit do? Modes and a quick cross-check of an MJCF file at every save.
+
+>>> answered(Path("models/chain6.xml")).tip_rms < 1e-5
+True
+
+`flexsim watch my.xml` prints them, and shows them in the rerun viewer (`watch_recording`), until
+Ctrl-C. A file that cannot be used is said so in one line, and watched on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from flexsim.chain import ChainModel
+from flexsim.chain_modes import vibration
+from flexsim.errors import FlexsimError, ModelError, ParameterError, RunError
+from flexsim.mjcf_differences import differences
+from flexsim.motion import Motion
+from flexsim.robot_file import Robot
+from flexsim.settings import setting
+from flexsim.simulate import drive
+from studies.crosscheck import POSE, tip_difference, trial_torque
+from studies.modes import COMPARED, ModesResult, compared
+from studies.robot_options import print_differences
+from studies.run_folder import to_json
+from studies.watch_files import Sleep, lasts, snapshots
+
+Array = NDArray[np.float64]
+
+TORQUE_SCALE = 1.0  # of the trial torques: the small ones of `flexsim crosscheck`
+SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
+BROKEN = 2  # the shell's status of --once with a file that cannot be used
+PLANTS = ("assumed_modes", "chain")
+
+
+@dataclass(frozen=True)
+class WatchConfig:
+    """Follow an MJCF file: modes and a quick open-loop cross-check at every save, until Ctrl-C."""
+
+    file: tyro.conf.Positional[Path]
+    """The MJCF file; files that it includes are watched too."""
+    beam: Literal["file", "analytic"] = "file"
+    """Modes of the assumed-modes plant: the file's own chain's, or the paper's beam's on the
+    file's rigid bodies."""
+    connect: str | None = None
+    """Viewer to send to, as rerun+http://127.0.0.1:9876/proxy. Without it, the one running on this
+    machine, or else a new one."""
+    viewer: bool = True
+    """Show it in the rerun viewer."""
+    rrd: Path | None = None
+    """Write a recording of the last save to this file, instead of showing it."""
+    once: bool = False
+    """Answer once and end."""
+    json: bool = False
+    """Print one JSON object per save, a line each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Save:
+    """What one save of the file brought.
+
+    Attributes:
+        robot: of the file. chain: the file. number: of this save among the good ones, from 1.
+        when: it was answered. modes: as `flexsim modes` has them. shapes: (N+2, 3) of the chain's
+        modes at clamp, hinges, tip [-]. motions: of both plants, open loop, by name.
+        tip_rms: distance of the two tips [m]; v_max: largest tip deflection of the chain [m].
+    """
+
+    robot: Robot
+    chain: ChainModel
+    number: int
+    when: datetime
+    modes: ModesResult
+    shapes: Array
+    motions: dict[str, Motion]
+    tip_rms: float
+    v_max: float
+
+    @property
+    def label(self) -> str:
+        """As text calls it."""
+        return f"save {self.number}, {self.when:%H:%M:%S}"
+
+    def rows(self) -> dict[str, dict[str, Array]]:
+        """Return frequencies [Hz] and damping ratios, each a mapping from plant to (3,)."""
+        found = {"clamped": self.modes.clamped_hz, "joint-free": self.modes.joint_free_hz}
+        if any(np.any(ratios) for ratios in self.modes.damping_ratio.values()):
+            found["damping ratio"] = self.modes.damping_ratio
+        return found
+
+
+class Screen(Protocol):
+    """Where saves are shown."""
+
+    def show(self, saves: list[Save], error: str | None = None) -> None:
+        """Show the last of the good saves, the history, and what is wrong with the file now.
+
+        Raises:
+            FlexsimError: it cannot be shown.
+        """
+
+
+def answered(
+    path: Path, beam: str = "file", number: int = 1, when: datetime = datetime.min
+) -> Save:
+    """Return modes and open-loop motions of both plants of a file.
+
+    Raises:
+        ModelError: the file cannot be used; the message names file and element.
+    """
+    try:
+        robot = Robot.of(path, beam)
+        plants = robot.both()
+        chain = plants[1].chain
+        torque = trial_torque(TORQUE_SCALE)
+        motions = [drive(plant, setting("none"), torque, theta=POSE) for plant in plants]
+        modes = compared(robot)
+        shapes = vibration(chain, robot.parameters, COMPARED).shapes
+    except FlexsimError as error:
+        said = " ".join(str(error).split())
+        raise ModelError(said if str(path) in said else f"{path}: {said}") from None
+    except np.linalg.LinAlgError as error:
+        raise ModelError(f"{path}: its modes cannot be found: {error}; check masses") from None
+    return Save(
+        robot=robot,
+        chain=chain,
+        number=number,
+        when=when,
+        modes=modes,
+        shapes=shapes,
+        motions={motion.plant: motion.thinned(SHOWN_EVERY) for motion in motions},
+        tip_rms=tip_difference(*motions),
+        v_max=float(np.abs(motions[1].v).max()),
+    )
+
+
+@dataclass
+class Watch:
+    """A file being watched, and what it answered so far.
+
+    Attributes:
+        config: what to do. screen: where to show it, if anywhere. sleep, now: the clock.
+        saves: the good ones so far.
+    """
+
+    config: WatchConfig
+    screen: Screen | None = None
+    sleep: Sleep = time.sleep
+    now: Callable[[], datetime] = datetime.now
+    saves: list[Save] = field(default_factory=list)
+
+    def run(self) -> None:
+        """Answer every save of the file, or the file as it is if only once.
+
+        Raises:
+            SystemExit: the file cannot be used, and was to be answered once.
+        """
+        path, once = self.config.file, self.config.once
+        told = None  # contents that were spoken of
+        for snapshot in snapshots(path, self.sleep):
+            if snapshot.contents == told:
+                continue
+            try:
+                save = self._answer()
+            except FlexsimError as error:
+                if not once and not lasts(snapshot, self.sleep):
+                    continue  # it was half written
+                self._refuse(str(error))
+            else:
+                self.saves.append(save)
+                self._report(save)
+            told = snapshot.contents
+            if once:
+                return
+
+    def _answer(self) -> Save:
+        path = self.config.file
+        if not path.exists():
+            raise RunError(f"{path}: the file is gone; waiting for it to return")
+        return answered(path, self.config.beam, len(self.saves) + 1, self.now())
+
+    def _refuse(self, message: str) -> None:
+        """Say what is wrong with the file."""
+        if self.config.json:
+            print(json_line(self.now(), error=message), flush=True)
+        complain(message)
+        self._show(message)
+        if self.config.once:
+            raise SystemExit(BROKEN)
+
+    def _report(self, save: Save) -> None:
+        """Say what a good save brought."""
+        if self.config.json:
+            print(json_line(save.when, save), flush=True)
+        else:
+            print_save(save, self.saves[-2] if len(self.saves) > 1 else None)
+        self._show()
+
+    def _show(self, error: str | None = None) -> None:
+        if self.screen is None:
+            return
+        try:
+            self.screen.show(self.saves, error)
+        except FlexsimError as problem:
+            if self.config.once:
+                raise
+            complain(" ".join(str(problem).split()))
+
+
+def complain(message: str) -> None:
+    """Say in one line what is wrong."""
+    print(f"flexsim: {message}", file=sys.stderr, flush=True)
+
+
+def json_line(when: datetime, save: Save | None = None, error: str | None = None) -> str:
+    """Return one line of JSON about a save; without one, about what is wrong."""
+    content: dict[str, object] = {
+        "time": when.isoformat(timespec="seconds"),
+        "ok": save is not None,
+        "error": error,
+        "save": None,
+        "clamped_hz": None,
+        "joint_free_hz": None,
+        "damping_ratio": None,
+        "tip_rms": None,
+        "differences": None,
+    }
+    if save is not None:
+        content |= {
+            "save": save.number,
+            "clamped_hz": {plant: save.modes.clamped_hz[plant] for plant in PLANTS},
+            "joint_free_hz": {plant: save.modes.joint_free_hz[plant] for plant in PLANTS},
+            "damping_ratio": save.modes.damping_ratio,
+            "tip_rms": save.tip_rms,
+            "differences": [row._asdict() for row in differences(save.chain)],
+        }
+    return json.dumps(json.loads(to_json(content)))
+
+
+def print_save(save: Save, before: Save | None) -> None:
+    """Print what a save changes from the default, and from the one before."""
+    console = Console(highlight=False)
+    print_differences(save.robot, console)
+    since = f"; change: since save {before.number}" if before else ""
+    table = Table(title=f"{save.when:%H:%M:%S} save {save.number}{since}", title_justify="left")
+    for heading in ("frequency [Hz]", "assumed modes", "change", "chain", "change"):
+        table.add_column(heading, justify="left" if "Hz" in heading else "right")
+    for row in frequency_rows(save, before):
+        table.add_row(*row[:5])
+    console.print(table)
+    console.print(f"{tip_line(save, before)}\n")
+
+
+def frequency_rows(save: Save, before: Save | None) -> list[list[str]]:
+    """Return a row per mode: name, assumed modes and change, chain and change, the paper's beam."""
+    found = []
+    for name, by_plant in save.rows().items():
+        earlier = before.rows().get(name) if before else None
+        for i in range(len(by_plant["chain"])):
+            cells = [f"{name} {i + 1}"]
+            for plant in PLANTS:
+                value = by_plant[plant][i]
+                cells += [number(value), change(value, earlier[plant][i] if earlier else None)]
+            found.append([*cells, number(by_plant["exact"][i]) if "exact" in by_plant else ""])
+    return found
+
+
+def number(value: float) -> str:
+    """Return six digits of a frequency or a damping ratio."""
+    return f"{value:#.6g}"
+
+
+def change(value: float, before: float | None) -> str:
+    """Return by how much a value has changed, in percent; nothing without one before."""
+    if before is None or before == 0:
+        return ""
+    percent = 100 * (value / before - 1)
+    return "=" if abs(percent) < 5e-4 else f"{percent:+.3f} %"
+
+
+def tip_line(save: Save, before: Save | None) -> str:
+    """Return in words how far apart the two tips move in open loop."""
+    was = f" (save {before.number}: {1e6 * before.tip_rms:.2f})" if before else ""
+    return (
+        f"Open loop, 2 s: the two tips are {1e6 * save.tip_rms:.2f} um apart, rms{was}; "
+        f"|v| to {1e3 * save.v_max:.2f} mm"
+    )
+
+
+def screen_of(config: WatchConfig) -> Screen | None:
+    """Return where a configuration wants its saves shown.
+
+    Raises:
+        ParameterError: two places at once.
+        RunError: the viewer to connect to does not answer, or the recording cannot be written.
+    """
+    chosen = [config.connect is not None, not config.viewer, config.rrd is not None]
+    if sum(chosen) > 1:
+        raise ParameterError("--connect, --no-viewer and --rrd exclude each other; give one")
+    if not config.viewer:
+        return None
+    from studies import watch_recording  # rerun is slow to load; errors come first
+
+    if config.rrd is not None:
+        return watch_recording.RecordingFile(config.rrd)
+    if config.connect is not None:
+        return watch_recording.Viewer(config.connect)
+    try:
+        return watch_recording.Viewer.running_or_new()
+    except RunError as error:
+        complain(f"{error}; printing only")
+        return None
+
+
+def command(config: WatchConfig) -> None:
+    """Watch the file until Ctrl-C.
+
+    Raises:
+        RunError: there is no such file.
+        ParameterError: more than one place to show it.
+    """
+    if not config.file.is_file():
+        raise RunError(f"there is no file {config.file}; give an MJCF file that exists")
+    with contextlib.suppress(KeyboardInterrupt):
+        watch = Watch(config, screen_of(config))
+        if not (config.once or config.json):
+            print(f"watching {config.file} (Ctrl-C ends it)", flush=True)
+        watch.run()
