@@ -279,7 +279,8 @@ def _inverse_response(linear: LinearPlant, plant: Plant, samples: int, h: float)
     """
     reach = plant.parameters.reach
     zeros = tip_zeros(linear, reach)
-    worst = zeros[np.argmin(np.abs(zeros.real) / np.abs(zeros))]
+    nearest = np.argsort(np.abs(zeros.real) / np.abs(zeros))
+    worst = zeros[nearest[0]] if len(zeros) else 1.0  # a rigid link has none
     if abs(worst.real) < ON_AXIS * abs(worst):
         raise ParameterError(
             f"with its tip held the beam swings freely at {abs(worst):.4g} rad/s, so no bounded "

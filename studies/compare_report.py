@@ -46,7 +46,10 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
 
 
 def _mm(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.1f}"
+    """Return a length in mm, to the tenth below 100."""
+    if value is None:
+        return "-"
+    return f"{1e3 * value:.1f}" if abs(value) < 0.1 else f"{1e3 * value:.0f}"
 
 
 def table(rows: list[dict[str, Any]], title: str) -> Table:

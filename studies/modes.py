@@ -206,7 +206,7 @@ def print_modes(result: ModesResult, console: Console) -> None:
     console.print(
         f"Static tip compliance (m/N): exact {compliance['exact']:.6f}, assumed modes "
         f"{compliance['assumed_modes']:.6f}, chain {compliance['chain']:.6f}\n"
-        f"Largest coupling error, chain to beam: {100 * result.coupling_error_max:.3f} %\n"
+        f"Largest coupling difference, chain to beam: {100 * result.coupling_error_max:.3f} %\n"
         f"Highest frequency (rad/s): assumed modes {result.omega_max['assumed_modes']:.0f}, chain "
         f"{result.omega_max['chain']:.0f}",
         highlight=False,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -52,7 +53,8 @@ def print_differences(robot: Robot, console: Console) -> None:
     if not rows:
         console.print(f"{robot.file.source}: the same robot as the default", highlight=False)
         return
-    table = Table(title=f"{robot.file.source} differs from the default", title_justify="left")
+    console.print(f"{robot.file.source} differs from the default:", highlight=False)
+    table = Table(box=box.SIMPLE_HEAD)
     for heading, side in (("element", "left"), ("attribute", "left"), ("default", "right")):
         table.add_column(heading, justify=side, overflow="fold")  # type: ignore[arg-type]
     table.add_column("yours", justify="right", overflow="fold")
