@@ -113,11 +113,12 @@ def closed_loop_run(
 
 def as_drawn(controller: Controller) -> Array:
     """Return the ten parameters (10,) as a tuner draws them, gains for time in milliseconds."""
-    joints = [
-        (g.k1 * MS_PER_S**g.nu1, g.nu1, g.k2 * MS_PER_S**g.nu2, g.nu2, g.k3)
-        for g in (controller.joint1, controller.joint2)
-    ]
-    return np.array(joints).ravel()
+    drawn: list[float] = []
+    for gains in (controller.joint1, controller.joint2):
+        for k, nu in ((gains.k1, gains.nu1 or 0.0), (gains.k2, gains.nu2 or 0.0)):
+            drawn += [k * MS_PER_S**nu, nu]
+        drawn.append(gains.k3)
+    return np.array(drawn)
 
 
 def generation_run(plant: Plant, seconds: float = WHOLE) -> Callable[[], float]:
@@ -187,6 +188,14 @@ def least_cost(loops: dict[str, Callable[[], float]], rounds: int) -> dict[str, 
     return best
 
 
+def sized_loops(p: Parameters, seconds: float) -> dict[str, Callable[[], float]]:
+    """Return loops by size, 'n3' of three assumed modes, 'N6' of six segments."""
+    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10, seconds) for n in SCALED_MODES}
+    for n in SCALED_SEGMENTS:
+        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1, seconds)
+    return sized
+
+
 def run(config: BenchmarkConfig) -> BenchmarkResult:
     """Return the costs.
 
@@ -208,17 +217,15 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
         "bare_mj_step": bare_run(chain, in_python=False),
         "python_loop": bare_run(chain, in_python=True),
     }
-    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10, s) for n in SCALED_MODES}
-    for n in SCALED_SEGMENTS:
-        sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1, s)
     threads = range(1, thread_count() + 1)
+    plants: tuple[Plant, ...] = (modes, chain)
     tuning = {}
-    for name, plant in zip(PLANTS, (modes, chain), strict=True):
+    for name, plant in zip(PLANTS, plants, strict=True):
         tuning[f"{name} generation"] = generation_run(plant)
         for count in threads:
             tuning[f"{name} {count}"] = closed_loop_run(plant, POPULATION, s, count)
     costs = least_cost(loops | tuning, config.rounds)
-    by_size = least_cost(sized, config.rounds)
+    by_size = least_cost(sized_loops(p, s), config.rounds)
     return BenchmarkResult(
         us_per_ms={name: costs[name] for name in loops},
         by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES},

@@ -46,7 +46,7 @@ INTEGRATORS = {
 }
 STEPS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3)  # [s]
 QUICK_STEPS = (2.5e-4, 1e-3, 2e-3)
-FINE_STEP = 2e-5  # [s] of RK4 that all are held against: its own error is 1e-4 of that at 0.2 ms
+FINER = 5  # steps of RK4 in the shortest: what all are held against
 HOLD = 2e-3  # [s] that the torque is held: as long as the longest step, so that all have the same
 MODES = 3
 LOCKED = 1e9  # [kg m2] armature that locks a joint: frequencies move by 1e-11
@@ -251,7 +251,7 @@ def integrator_rows(
         plant: the chain. steps: [s]. duration: of motions, and of what is timed [s].
         rounds: how often each is timed, in turn; the least time counts.
     """
-    fine = open_loop_tips(fine_plant(plant, FINE_STEP), duration)
+    fine = open_loop_tips(fine_plant(plant, min(steps) / FINER), duration)
     cases = [(name, step) for name in INTEGRATORS for step in steps]
     rows = [integrator_row(plant, name, step, fine, duration) for name, step in cases]
     clocks = [step_clock(stepped(plant.chain, *case), duration / 2) for case in cases]

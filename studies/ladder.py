@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ from flexsim.settings import setting
 from flexsim.simulate import closed_loop, drive, evaluate, thread_count
 from flexsim.trajectories import Reference, reference, trajectory
 from studies.benchmark import least_cost
+from studies.compare import perturbed
 from studies.crosscheck import POSE, trial_torque
 from studies.integrators import (
     QUICK_STEPS,
@@ -56,20 +58,12 @@ Motions = Callable[[Sequence[Plant]], list[dict[str, Any]]]  # tips by torque of
 
 SIZES = range(3, 17)  # segments
 RUNGS = (
-    "rigid",
-    *(f"assumed-modes:{n}" for n in (1, 2, 3, 5)),
-    "printed:3",
-    *(f"chain:{n}" for n in SIZES),
-    *(f"untuned:{n}" for n in SIZES),
-    "rod",
+    *("rigid", "assumed-modes:1", "assumed-modes:2", "assumed-modes:3", "assumed-modes:5"),
+    *("printed:3", *(f"chain:{n}" for n in SIZES), *(f"untuned:{n}" for n in SIZES), "rod"),
 )
 QUICK_RUNGS = (
-    "rigid",
-    *(f"assumed-modes:{n}" for n in (1, 3)),
-    "printed:3",
-    *(f"chain:{n}" for n in (4, 6)),
-    *(f"untuned:{n}" for n in (6, 8, 12)),
-    "rod",
+    *("rigid", "assumed-modes:1", "assumed-modes:3", "printed:3"),
+    *("chain:4", "chain:6", "untuned:6", "untuned:8", "untuned:10", "rod"),
 )
 FILE_MODES = 5  # assumed modes of a file's robot, where it has so many hinges
 FINE = (28, 40, 56)  # segments of the untuned chains; the last two extrapolate
@@ -77,7 +71,11 @@ QUICK_FINE = (12, 16, 24)
 FINER = 10  # steps of a file's chain as reference for one of its own; half as many for the doubt
 DURATION, QUICK_DURATION = 2.0, 0.5  # [s] of open loop
 TASK, READING = "circle", "print"  # closed loop: the path, its controllers, friction
+SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digit does
+QUICK_ROUNDS = 3
+SEED = 1  # of these
 CHEAP = 20  # controllers in turn, where one run is too short to time
+TIMED, QUICK_TIMED = 2.0, 0.2  # [s] of the path that are timed
 MODES = 3
 
 
@@ -187,25 +185,30 @@ def _converged_file(robot: Robot, motions: Motions) -> Converged:
     )
 
 
-def path_of(plant: Plant) -> Reference:
-    """Return the reference of the closed loop."""
-    return reference(trajectory(TASK), plant.parameters)
+def loop_figures(plant: Plant, threads: int, shaken: int) -> dict[str, Any]:
+    """Return envelope [m] and diverged_at [s], one of them None, and the envelope's range.
+
+    envelope_low and envelope_high [m] are of all runs that held: of the controllers and of
+    `shaken` copies with the gains' fourth digits changed.
+    """
+    ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
+    every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
+    filters = [each.filters(1e-3) for each in every]
+    motions = closed_loop(plant, setting(READING), ref, filters, energy=False, threads=threads)
+    widths = [measures(each, ref)["envelope"] for each in motions if each.diverged is None]
+    lost = motions[0].diverged
+    row = {"envelope": widths[0] if lost is None else None, "diverged_at": lost}
+    ends = min(widths, default=None), max(widths, default=None)
+    return row | {"envelope_low": ends[0], "envelope_high": ends[1]}
 
 
-def loop_figures(plant: Plant, threads: int) -> dict[str, Any]:
-    """Return envelope [m], None if the loop diverged, and the time it did [s]."""
-    ref, filters = path_of(plant), [TUNED[TASK].filters(1e-3)]
-    (motion,) = closed_loop(plant, setting(READING), ref, filters, energy=False, threads=threads)
-    found = measures(motion, ref)
-    envelope = None if found["diverged"] else found["envelope"]
-    return {"envelope": envelope, "diverged": found["diverged"], "diverged_at": motion.diverged}
-
-
-def loop_clock(plant: Plant) -> Callable[[], float]:
-    """Return a function that runs the closed loop on one core and gives simulated time [ms]."""
-    ref = path_of(plant)
-    count = CHEAP if isinstance(plant, AssumedModesPlant) else 1
-    filters = [TUNED[TASK].filters(1e-3)] * count
+def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
+    """Return a function that runs the path's start on one core and gives simulated time [ms]."""
+    whole = reference(trajectory(TASK), plant.parameters)
+    kept = whole.time <= seconds
+    ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
+    cheap = isinstance(plant, AssumedModesPlant) and plant.form == "consistent"
+    filters = [TUNED[TASK].filters(1e-3)] * (CHEAP if cheap else 1)
 
     def once() -> float:
         ends = evaluate(plant, setting(READING), ref, filters, threads=1).diverged
@@ -214,7 +217,7 @@ def loop_clock(plant: Plant) -> Callable[[], float]:
     return once
 
 
-def tip_figures(tips: dict[str, Array | None], ref: Converged) -> dict[str, float]:
+def tip_figures(tips: dict[str, Any], ref: Converged) -> dict[str, float]:
     """Return rms and largest distances from the reference [m], infinite if the motion ran away."""
     row = {}
     for name, tip in tips.items():
@@ -235,17 +238,19 @@ def motions_of(plants: Sequence[Plant], duration: float, threads: int) -> list[d
 
 
 def plant_rows(
-    plants: Sequence[Plant], ref: Converged, motions: Motions, rounds: int, threads: int
+    plants: Sequence[Plant], ref: Converged, motions: Motions, config: LadderConfig
 ) -> list[dict[str, Any]]:
-    """Return a row of every plant, without the marks of the Pareto fronts."""
-    rows = []
+    """Return a row of every plant."""
+    shaken, seconds = (QUICK_SHAKEN, QUICK_TIMED) if config.quick else (SHAKEN, TIMED)
+    rows: list[dict[str, Any]] = []
     for plant, tips in zip(plants, motions(plants), strict=True):
         clamped, free = frequencies(plant)
-        names = {"plant": plant.name, "step": plant.step}
-        row = names | {"clamped_hz": clamped, "joint_free_hz": free} | tip_figures(tips, ref)
-        rows.append(row | loop_figures(plant, threads))
-    costs = least_cost({plant.name: loop_clock(plant) for plant in plants}, rounds)
-    return [row | {"us_per_ms": costs[row["plant"]]} for row in rows]
+        row: dict[str, Any] = {"plant": plant.name, "step": plant.step, "clamped_hz": clamped}
+        row |= {"joint_free_hz": free} | tip_figures(tips, ref)
+        rows.append(row | loop_figures(plant, config.threads or thread_count(), shaken))
+    clocks = {plant.name: loop_clock(plant, seconds) for plant in plants}
+    costs = least_cost(clocks, min(config.rounds, QUICK_ROUNDS) if config.quick else config.rounds)
+    return mark_fronts([row | {"us_per_ms": costs[row["plant"]]} for row in rows], ref.uncertainty)
 
 
 def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
@@ -258,24 +263,14 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
         if value is not None and value < 1:
             raise ParameterError(f"{name} is {value}; give 1 or more")
     robot, threads = config.robot_of(), config.threads or thread_count()
-    duration = QUICK_DURATION if config.quick else DURATION
-    steps = QUICK_STEPS if config.quick else STEPS
-
-    def motions(plants: Sequence[Plant]) -> list[dict[str, Any]]:
-        return motions_of(plants, duration, threads)
-
-    parts = iter(("reference", "rungs", "integrators"))
-
-    def begin() -> None:
-        if progress:
-            progress.add_task(next(parts), total=None)
-
-    begin()
+    duration, steps = (QUICK_DURATION, QUICK_STEPS) if config.quick else (DURATION, STEPS)
+    motions = partial(motions_of, duration=duration, threads=threads)
+    if progress:
+        progress.add_task("ladder", total=None)
     ref = converged(robot, motions, config.quick)
-    begin()
-    plants = [robot.plant(name) for name in rungs(robot, config.quick)]
-    rows = mark_fronts(plant_rows(plants, ref, motions, config.rounds, threads), ref.uncertainty)
-    begin()
+    rows = plant_rows(
+        [robot.plant(name) for name in rungs(robot, config.quick)], ref, motions, config
+    )
     integrators = integrator_rows(robot.chain_plant(), steps, duration, config.rounds)
     return LadderResult(rows, integrators, ref)
 

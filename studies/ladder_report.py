@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -29,6 +30,8 @@ Rows = Sequence[Mapping[str, Any]]
 FILES = ("rows.csv", "integrators.csv")
 TARGETS = (1e-3, 1e-4, 1e-5)  # [m] of the verdict
 MICRO = 1e6
+ROUNDING = 1e-9  # of damping ratios: differences of the one-step map leave less
+SAFE = 0.95  # of an integrator's limit: longer steps are none to take
 SIZE = (16.0, 8.5)  # [in]
 IN_MUJOCO = ("chain", "untuned", "rod")  # kinds of plants
 MARKERS = {"rigid": "D", "assumed-modes": "o", "printed": "X", "chain": "s", "untuned": "^"}
@@ -64,16 +67,21 @@ def _micrometres(value: float | None, doubt: float = 0.0) -> str:
         return "ran away"
     if value < doubt:
         return f"< {MICRO * doubt:.2g}"
-    shown = MICRO * value
-    return f"{shown:.3g}" if shown < 1000 else f"{shown:.0f}"
+    return f"{MICRO * value:{'.2g' if MICRO * value < 10 else '.0f'}}"
+
+
+def _grid(*headings: str) -> Table:
+    """Return an empty table, names to the left, figures to the right."""
+    grid = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    grid.add_column("", no_wrap=True)
+    for heading in headings:
+        grid.add_column(heading, justify="right", no_wrap=True)
+    return grid
 
 
 def frequency_table(result: LadderResult) -> Table:
     """Return the frequencies of every rung below those of the beam."""
-    grid = Table(box=box.SIMPLE_HEAD, title="Frequencies (Hz)", title_justify="left")
-    grid.add_column("", no_wrap=True)
-    for name in ("clamped 1", "2", "3", "joints free 1", "2", "3"):
-        grid.add_column(name, justify="right", no_wrap=True)
+    grid = _grid("clamped 1", "2", "3", "free 1", "2", "3")
     ref = result.reference
     grid.add_row("reference", *_hertz(ref.clamped_hz), *_hertz(ref.joint_free_hz), end_section=True)
     for row in result.rows:
@@ -81,36 +89,33 @@ def frequency_table(result: LadderResult) -> Table:
     return grid
 
 
-def _hertz(values: Sequence[float]) -> Iterator[str]:
-    return (f"{value:.4f}" if math.isfinite(value) else "" for value in values)
+def _hertz(values: Iterable[float]) -> Iterator[str]:
+    return (f"{value:.3f}" if math.isfinite(value) else "" for value in values)
 
 
 def rung_table(result: LadderResult) -> Table:
     """Return tips, envelope and cost of every rung; a star marks those on a Pareto front."""
-    grid = Table(box=box.SIMPLE_HEAD)
-    grid.add_column("", no_wrap=True)
-    for name in ("step", "tip, small", "", "tip, large", "", "envelope", "cost"):
-        grid.add_column(name, justify="right", no_wrap=True)
-    grid.add_row("", "ms", "um rms", "", "um rms", "", "mm", "us per ms", end_section=True)
+    grid = _grid("step", "small", "large", "envelope", "(shaken)", "cost")
+    grid.add_row("", "ms", "um rms ", "um rms ", "mm", "mm", "us/ms", end_section=True)
     doubt = result.reference.uncertainty
     for row in result.rows:
-        tips = []
-        for torque in doubt:
-            tips.append(_micrometres(row[f"tip_{torque}"], doubt[torque]))
-            tips.append("*" if row[f"pareto_{torque}"] else "")
-        lost = f"lost at {row['diverged_at']:.2f} s" if row["diverged"] else ""
-        envelope = lost or f"{1e3 * row['envelope']:.3f}"
-        cost = f"{row['us_per_ms']:.2f}"
-        grid.add_row(row["plant"], f"{1e3 * row['step']:g}", *tips, envelope, cost)
+        tips = [
+            _micrometres(row[f"tip_{torque}"], doubt[torque])
+            + ("*" if row[f"pareto_{torque}"] else " ")
+            for torque in doubt
+        ]
+        lost = row["envelope"] is None
+        envelope = f"lost, {row['diverged_at']:.2f} s" if lost else f"{1e3 * row['envelope']:.1f}"
+        ends = [row[f"envelope_{end}"] for end in ("low", "high")]
+        spread = "" if None in ends else " - ".join(f"{1e3 * end:.1f}" for end in ends)
+        step, cost = f"{1e3 * row['step']:g}", f"{row['us_per_ms']:.3g}"
+        grid.add_row(row["plant"], step, *tips, envelope, spread, cost)
     return grid
 
 
 def integrator_table(rows: Rows) -> Table:
     """Return what each integrator and step does: mode 3, energy, tips, cost."""
-    grid = Table(box=box.SIMPLE_HEAD)
-    grid.add_column("", no_wrap=True)
-    for name in ("step", "f3, shift", "zeta3", "energy", "small", "large", "us/ms"):
-        grid.add_column(name, justify="right", no_wrap=True)
+    grid = _grid("step", "f3 shift", "zeta3", "energy", "small", "large", "us/ms")
     last = rows[0]["integrator"]
     for row in rows:
         if row["integrator"] != last:
@@ -119,7 +124,8 @@ def integrator_table(rows: Rows) -> Table:
         cells = [row["integrator"], f"{1e3 * row['step']:g}"]
         if row["stable"]:
             figures = row["frequency_shift"][-1], row["damping_ratio"][-1], row["energy_drift"]
-            cells += [f"{figures[0]:+.1e}", f"{figures[1]:.1e}", f"{figures[2]:.1e}"]
+            damping = f"{figures[1]:.1e}" if abs(figures[1]) > ROUNDING else "0"
+            cells += [f"{figures[0]:+.1e}", damping, f"{figures[2]:.1e}"]
             cells += [_micrometres(row[f"tip_{torque}"]) for torque in ("small", "large")]
             cells += [f"{row['us_per_ms']:.1f}"]
         else:
@@ -145,9 +151,10 @@ def _spoken(row: Mapping[str, Any] | None) -> str:
 def verdict(result: LadderResult) -> str:
     """Return in words which rung is the cheapest for which accuracy, and which step."""
     in_mujoco = [row for row in result.rows if kind(row["plant"]) in IN_MUJOCO]
+    steps = [row for row in result.integrators if row["step"] <= SAFE * (row["longest_step"] or 1)]
     lines = []
     for torque, doubt in result.reference.uncertainty.items():
-        lines.append(f"Cheapest under {torque} torques, tip within")
+        lines.append(f"Cheapest under {torque} torques (steps: up to {SAFE} of the limit), tip within")
         for target in TARGETS:
             label = f"  {1e3 * target:g} mm: "
             if target < doubt:
@@ -155,25 +162,36 @@ def verdict(result: LadderResult) -> str:
                 continue
             choice = _spoken(cheapest(result.rows, torque, target))
             chain = _spoken(cheapest(in_mujoco, torque, target))
-            step = _spoken(cheapest(result.integrators, torque, target))
-            lines.append(f"{label}{choice}; in MuJoCo {chain}; its step: {step}")
+            step = _spoken(cheapest(steps, torque, target))
+            lines.append(f"{label}{choice}; in MuJoCo {chain}; steps: {step}")
+    lines.append(_envelopes(result.rows))
     return "\n".join(lines)
+
+
+def _envelopes(rows: Rows) -> str:
+    """Return how far the envelopes tell the rungs apart."""
+    held = [row for row in rows if row["envelope"] is not None]
+    if not held:
+        return "Closed loop: lost on every rung."
+    widths = [1e3 * row["envelope"] for row in held]
+    shaken = max(1e3 * (row["envelope_high"] - row["envelope_low"]) for row in held)
+    ends = f"from {min(widths):.1f} to {max(widths):.1f} mm"
+    digits = f"a change of the gains' fourth digits moves one by up to {shaken:.1f} mm"
+    return f"Closed loop: envelopes {ends} over the rungs; {digits}."
 
 
 def print_report(out: Console, result: LadderResult) -> None:
     """Print tables and verdict."""
     ref = result.reference
+    out.print("Frequencies (Hz), hub locked and both joints free")
     out.print(frequency_table(result))
-    out.print("Open loop against the reference (*: on the Pareto front), envelope in closed loop,")
-    out.print("cost of a simulated millisecond of it on one core")
+    out.print("Tip in open loop, small and large torques (*: Pareto front); envelope of one")
+    out.print("controller, also with its gains' fourth digits changed; cost on one core")
     out.print(rung_table(result))
     doubts = ", ".join(f"{MICRO * v:.2g} um ({name})" for name, v in ref.uncertainty.items())
-    out.print(f"Reference: {ref.name}; its own uncertainty {doubts}", soft_wrap=True)
-    out.print()
-    out.print("Steps (ms) and integrators of the chain: what mj_step does to mode 3, to the energy")
-    out.print(
-        "of free motion, to the tip (um rms, against RK4 at a very short step); cost of mj_step"
-    )
+    out.print(f"Reference: {ref.name}; its own uncertainty {doubts}\n", soft_wrap=True)
+    out.print("What mj_step does to the chain, by step (ms): to mode 3, to the energy of free")
+    out.print("motion, to the tip (um rms, against RK4 at a very short step); cost of mj_step")
     out.print(integrator_table(result.integrators))
     out.print(verdict(result), soft_wrap=True)
 
@@ -270,6 +288,9 @@ def integrator_figure(rows: Rows, path: Path) -> None:
             axes.plot(steps, values, "o-", color=colour, label=name, **broad)
     for axes, title in zip(panels, titles, strict=True):
         axes.set(xscale="log", yscale="log", title=title, xlabel="step [ms]")
+        axes.set_xticks(list(dict.fromkeys(1e3 * row["step"] for row in rows)))
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.xaxis.set_minor_locator(NullLocator())
     panels[2].set_ylim(bottom=1e-10)
     panels[2].text(
         0.04, 0.04, "Euler, implicitfast: none", transform=panels[2].transAxes, size=FONT

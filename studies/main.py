@@ -29,7 +29,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "pid-question": ("pid_question", "PidQuestionConfig", "why integer PIDs failed in the paper"),
     "screening": ("screening", "ScreeningConfig", "what screening by stability saves the tuner"),
     "tune": ("tune", "TuneConfig", "tune controllers: the paper's genetic algorithm, or a peer"),
-    "tables": ("tables", "TablesConfig", "Tables 2, 3 and Figure 6 anew, and every controller on every path"),
+    "tables": ("tables", "TablesConfig", "Tables 2, 3, Figure 6 anew; every controller everywhere"),
     "watch": ("watch", "WatchConfig", "follow an MJCF file: modes and cross-check at every save"),
     "ladder": (
         "ladder",

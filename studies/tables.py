@@ -17,39 +17,41 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from flexsim.errors import ParameterError
 from flexsim.metrics import measures
-from flexsim.parameters import Parameters
 from flexsim.robots import ChainPlant, Plant
 from flexsim.settings import Setting
 from flexsim.simulate import closed_loop
 from flexsim.trajectories import TRAJECTORIES, reference, trajectory
-from studies.compare import CASES
+from studies.compare import CASES, PERTURBATION, summary
 from studies.distributions import NAMES
 from studies.figures import paper_envelopes
 from studies.genetic import Generation, Search
+from studies.robot_options import RobotOptions, keep_file, print_differences
 from studies.run_folder import run_folder, to_json, write_config, write_rows
 from studies.structures import Filters
 from studies.tables_report import envelope_figure, print_report, transfer_figure
 from studies.tune import check_threads
-from studies.tuning import PLANTS, Tuning, distribution_for, problem_of, scenarios_of, tune
+from studies.tuning import BOTH, PLANTS, Tuning, distribution_for, problem_of, scenarios_of, tune
 
-RUN_ON = ("assumed-modes", "chain")  # in the order of `scenarios_of` both
 FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
     "assumed-modes": ("assumed-modes", "chain"),
     "chain": ("chain", "assumed-modes"),
     "both": ("assumed-modes", "chain"),
 }
-FIGURES = ("envelope", "max_error", "rms_error", "max_v", "residual_v", "index")
+FIGURES = ("envelope", "max_error", "rms_error", "max_v", "residual_v")
+GAINS = [NAMES.index(name) for name in NAMES if name.startswith("k")]
 QUICK_POPULATION, QUICK_GENERATIONS = 50, 3  # a smaller population of Table 1 has none that hold
+QUICK_RUNS = 2
 CHAIN_COST = 20  # generations on the assumed modes that take as long as one on the chain
 
 
 @dataclass(frozen=True)
-class TablesConfig:
+class TablesConfig(RobotOptions):
     """Tune for every trajectory on every plant; run each controller on all of them."""
 
     out: Path = Path("runs/tables")
@@ -57,7 +59,7 @@ class TablesConfig:
     force: bool = False
     """Replace the run that is there."""
     quick: bool = False
-    """Three generations of 50 individuals at most."""
+    """Three generations of 50 individuals at most, two runs each."""
     setting: str = "print"
     """Friction, limits and motors: none, print, joint or reconstructed."""
     generations: int = 100
@@ -70,8 +72,10 @@ class TablesConfig:
     """Seed of all searches, which so start from the same population."""
     modes: int = 3
     """Assumed modes, n."""
-    segments: int = 6
-    """Segments of the chain."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
+    perturbations: int = 20
+    """Runs behind each median, the gains' fourth digits perturbed."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False
@@ -86,6 +90,7 @@ class TablesConfig:
             population=min(self.population, QUICK_POPULATION),
             generations=min(self.generations, QUICK_GENERATIONS),
             chain_generations=min(self.chain_generations, QUICK_GENERATIONS),
+            perturbations=min(self.perturbations, QUICK_RUNS),
         )
 
 
@@ -101,11 +106,20 @@ class Tuned:
         """What the controller was tuned on and for."""
         return {"tuned_on": self.tuning.plant, "tuned_for": self.tuning.trajectory}
 
-    @property
-    def filters(self) -> Filters | None:
-        """Filters of the best individual, as its index was computed with; None if none held."""
+    def filters(self, perturbations: int) -> list[Filters]:
+        """Return the best individual's filters, then some with perturbed gains; none if none held.
+
+        Perturbed as in `flexsim compare`, by the tuning's seed; the first are those that its index
+        was computed with.
+        """
         best = self.search.best_parameters
-        return None if best is None else self.tuning.structure.filters(best[None])[0]
+        if best is None:
+            return []
+        factors = np.ones((1 + perturbations, len(NAMES)))
+        rng = np.random.default_rng(self.tuning.seed)
+        factors[1:, GAINS] += PERTURBATION * rng.standard_normal((perturbations, len(GAINS)))
+        built = self.tuning.structure.filters(factors * best)
+        return [each for each in built if each is not None]
 
     @property
     def row(self) -> dict[str, Any]:
@@ -141,25 +155,29 @@ def tunings(config: TablesConfig) -> list[Tuning]:
     """
     if config.chain_generations < 1:
         raise ParameterError(f"chain generations is {config.chain_generations}; give 1 or more")
+    if config.perturbations < 1:
+        raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
     return [
         Tuning(
             trajectory=path,
             plant=plant,
             setting=config.setting,
             population=config.population,
-            generations=config.generations if plant == RUN_ON[0] else config.chain_generations,
+            generations=config.generations if plant == PLANTS[0] else config.chain_generations,
             seed=config.seed,
             modes=config.modes,
             segments=config.segments,
+            mjcf=None if config.mjcf is None else str(config.mjcf),
+            beam=config.beam,
         )
-        for plant in PLANTS
+        for plant in (*PLANTS, BOTH)
         for path in TRAJECTORIES
     ]
 
 
 def cost(tuning: Tuning) -> int:
     """Return how long one of a tuning's generations takes, to show progress by."""
-    return 1 if tuning.plant == RUN_ON[0] else CHAIN_COST
+    return 1 if tuning.plant == PLANTS[0] else CHAIN_COST
 
 
 def tuned_all(
@@ -186,36 +204,29 @@ def tuned_all(
     return found
 
 
-def run_rows(
-    found: Sequence[Tuned],
-    run_on: str,
-    scenario: tuple[Plant, Setting],
-    path: str,
-    threads: int | None,
-) -> list[dict[str, Any]]:
-    """Return the row of every controller on one plant and trajectory, in SI units.
+def run_row(
+    each: Tuned, scenario: tuple[Plant, Setting], path: str, config: TablesConfig
+) -> dict[str, Any]:
+    """Return the row of one controller on one plant and trajectory, in SI units.
 
-    Where the motion diverged, or there is no controller, figures are None; the latter has no
-    time of divergence either.
+    Medians over runs with perturbed gains, but for the index, which is the unperturbed run's.
+    Where there is no controller, figures are None, and so is the time of divergence.
     """
     plant, chosen = scenario
     chased = trajectory(path)
-    ref = reference(chased, Parameters(), found[0].tuning.period)
-    filters = [each.filters for each in found]
-    built = [each for each in filters if each is not None]
-    motions = iter(
-        closed_loop(plant, chosen, ref, built, energy=False, threads=threads) if built else ()
-    )
-    rows = []
-    for each, its in zip(found, filters, strict=True):
-        shown: dict[str, Any] = {"diverged": True, "diverged_at": None}
-        if its is not None:
-            shown = measures(next(motions), ref, chased.hold)
-        names = {**each.names, "run_on": run_on, "trajectory": path}
-        figures = {name: None if shown["diverged"] else shown[name] for name in FIGURES}
-        held = {name: shown[name] for name in ("diverged", "diverged_at")}
-        rows.append({**names, **figures, **held})
-    return rows
+    ref = reference(chased, plant.parameters, each.tuning.period)
+    names = {**each.names, "run_on": plant.name, "trajectory": path}
+    filters = each.filters(config.perturbations)
+    if not filters:
+        nothing = dict.fromkeys(FIGURES) | {"index": None}
+        return {**names, **nothing, "diverged": True, "diverged_at": None}
+    motions = closed_loop(plant, chosen, ref, filters, energy=False, threads=config.threads)
+    nominal, *perturbed = (measures(motion, ref, chased.hold) for motion in motions)
+    found = summary(perturbed)
+    figures = {name: None if found["diverged"] else found[name] for name in FIGURES}
+    index = None if nominal["diverged"] else nominal["index"]
+    held = {name: found[name] for name in ("diverged", "diverged_at")}
+    return {**names, **figures, "index": index, **held}
 
 
 def ratios(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -259,21 +270,22 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     config = config.asked()
     chosen = tunings(config)
     check_threads(config.threads)
-    scenarios = dict(zip(RUN_ON, scenarios_of(chosen[-1]), strict=True))  # tuned on both
+    scenarios = scenarios_of(chosen[-1], config.robot_of())  # tuned on both
     found = tuned_all(chosen, config.threads, progress)
-    columns = [
-        run_rows(found, run_on, scenario, path, config.threads)
-        for run_on, scenario in scenarios.items()
+    rows = [
+        run_row(each, scenario, path, config)
+        for each in found
+        for scenario in scenarios
         for path in TRAJECTORIES
     ]
-    rows = [row for controller in zip(*columns, strict=True) for row in controller]
-    (mjcf,) = (plant.chain.text for plant, _ in scenarios.values() if isinstance(plant, ChainPlant))
+    (mjcf,) = (plant.chain.text for plant, _ in scenarios if isinstance(plant, ChainPlant))
     return TablesResult(rows, [each.row for each in found], ratios(rows), mjcf)
 
 
 def write(folder: Path, config: TablesConfig, result: TablesResult) -> None:
     """Write configuration, MJCF, tables and figures into a folder."""
     write_config(folder, config, ran=dataclasses.asdict(config.asked()))
+    keep_file(folder, config.robot_of())
     (folder / "chain.xml").write_text(result.mjcf)
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "controllers.csv", result.controllers)
@@ -294,6 +306,7 @@ def command(config: TablesConfig) -> None:
         lists = {"rows": result.rows, "controllers": result.controllers, "ratios": result.ratios}
         print(to_json({**lists, "run": str(config.out)}))
         return
+    print_differences(config.robot_of(), Console(highlight=False))
     print_report(result.rows, result.controllers, result.ratios)
     files = "results.csv, controllers.csv, ratios.csv, chain.xml, figures/"
     Console(highlight=False).print(f"{config.out}: {files}", soft_wrap=True)

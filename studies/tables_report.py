@@ -181,7 +181,8 @@ def print_report(rows: Rows, controllers: Rows, ratios: Rows) -> None:
     """Print the four tables and the verdict."""
     console = Console(highlight=False)
     plants = " | ".join(spoken(plant) for plant in distinct(rows, "run_on"))
-    console.print(f"In mm, run on {plants}; paper: simulation | laboratory; div: diverged\n")
+    console.print(f"In mm, run on {plants}; paper: simulation | laboratory; div: diverged;")
+    console.print("medians over runs whose gains differ in their fourth digits\n")
     for grid in (table_3(rows, ratios), transfer_table(rows), ratio_table(ratios)):
         console.print(grid)
     console.print(table_2(controllers))

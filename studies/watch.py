@@ -10,41 +10,37 @@ Ctrl-C. A file that cannot be used is said so in one line, and watched on.
 from __future__ import annotations
 
 import contextlib
-import json
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Literal, Protocol
 
 import numpy as np
 import tyro
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 from flexsim.chain import ChainModel
 from flexsim.chain_modes import vibration
 from flexsim.errors import FlexsimError, ModelError, ParameterError, RunError
-from flexsim.mjcf_differences import differences
+from flexsim.mjcf_differences import Difference, differences
 from flexsim.motion import Motion
 from flexsim.robot_file import Robot
 from flexsim.settings import setting
 from flexsim.simulate import drive
 from studies.crosscheck import POSE, tip_difference, trial_torque
 from studies.modes import COMPARED, ModesResult, compared
-from studies.robot_options import print_differences
-from studies.run_folder import to_json
 from studies.watch_files import Sleep, lasts, snapshots
+from studies.watch_report import json_line, print_save
 
 Array = NDArray[np.float64]
 
 TORQUE_SCALE = 1.0  # of the trial torques: the small ones of `flexsim crosscheck`
 SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
 BROKEN = 2  # the shell's status of --once with a file that cannot be used
-PLANTS = ("assumed_modes", "chain")
 
 
 @dataclass(frozen=True)
@@ -90,6 +86,11 @@ class Save:
     tip_rms: float
     v_max: float
 
+    @cached_property
+    def changes(self) -> list[Difference]:
+        """What the file changes of the default."""
+        return differences(self.chain)
+
     @property
     def label(self) -> str:
         """As text calls it."""
@@ -97,9 +98,9 @@ class Save:
 
     def rows(self) -> dict[str, dict[str, Array]]:
         """Return frequencies [Hz] and damping ratios, each a mapping from plant to (3,)."""
-        found = {"clamped": self.modes.clamped_hz, "joint-free": self.modes.joint_free_hz}
+        found = {"clamped [Hz]": self.modes.clamped_hz, "joint-free [Hz]": self.modes.joint_free_hz}
         if any(np.any(ratios) for ratios in self.modes.damping_ratio.values()):
-            found["damping ratio"] = self.modes.damping_ratio
+            found["damping ratio [-]"] = self.modes.damping_ratio
         return found
 
 
@@ -224,81 +225,6 @@ class Watch:
 def complain(message: str) -> None:
     """Say in one line what is wrong."""
     print(f"flexsim: {message}", file=sys.stderr, flush=True)
-
-
-def json_line(when: datetime, save: Save | None = None, error: str | None = None) -> str:
-    """Return one line of JSON about a save; without one, about what is wrong."""
-    content: dict[str, object] = {
-        "time": when.isoformat(timespec="seconds"),
-        "ok": save is not None,
-        "error": error,
-        "save": None,
-        "clamped_hz": None,
-        "joint_free_hz": None,
-        "damping_ratio": None,
-        "tip_rms": None,
-        "differences": None,
-    }
-    if save is not None:
-        content |= {
-            "save": save.number,
-            "clamped_hz": {plant: save.modes.clamped_hz[plant] for plant in PLANTS},
-            "joint_free_hz": {plant: save.modes.joint_free_hz[plant] for plant in PLANTS},
-            "damping_ratio": save.modes.damping_ratio,
-            "tip_rms": save.tip_rms,
-            "differences": [row._asdict() for row in differences(save.chain)],
-        }
-    return json.dumps(json.loads(to_json(content)))
-
-
-def print_save(save: Save, before: Save | None) -> None:
-    """Print what a save changes from the default, and from the one before."""
-    console = Console(highlight=False)
-    print_differences(save.robot, console)
-    since = f"; change: since save {before.number}" if before else ""
-    table = Table(title=f"{save.when:%H:%M:%S} save {save.number}{since}", title_justify="left")
-    for heading in ("frequency [Hz]", "assumed modes", "change", "chain", "change"):
-        table.add_column(heading, justify="left" if "Hz" in heading else "right")
-    for row in frequency_rows(save, before):
-        table.add_row(*row[:5])
-    console.print(table)
-    console.print(f"{tip_line(save, before)}\n")
-
-
-def frequency_rows(save: Save, before: Save | None) -> list[list[str]]:
-    """Return a row per mode: name, assumed modes and change, chain and change, the paper's beam."""
-    found = []
-    for name, by_plant in save.rows().items():
-        earlier = before.rows().get(name) if before else None
-        for i in range(len(by_plant["chain"])):
-            cells = [f"{name} {i + 1}"]
-            for plant in PLANTS:
-                value = by_plant[plant][i]
-                cells += [number(value), change(value, earlier[plant][i] if earlier else None)]
-            found.append([*cells, number(by_plant["exact"][i]) if "exact" in by_plant else ""])
-    return found
-
-
-def number(value: float) -> str:
-    """Return six digits of a frequency or a damping ratio."""
-    return f"{value:#.6g}"
-
-
-def change(value: float, before: float | None) -> str:
-    """Return by how much a value has changed, in percent; nothing without one before."""
-    if before is None or before == 0:
-        return ""
-    percent = 100 * (value / before - 1)
-    return "=" if abs(percent) < 5e-4 else f"{percent:+.3f} %"
-
-
-def tip_line(save: Save, before: Save | None) -> str:
-    """Return in words how far apart the two tips move in open loop."""
-    was = f" (save {before.number}: {1e6 * before.tip_rms:.2f})" if before else ""
-    return (
-        f"Open loop, 2 s: the two tips are {1e6 * save.tip_rms:.2f} um apart, rms{was}; "
-        f"|v| to {1e3 * save.v_max:.2f} mm"
-    )
 
 
 def screen_of(config: WatchConfig) -> Screen | None:

@@ -10,26 +10,20 @@ earlier one; what is wrong with the file goes into the text of the last.
 from __future__ import annotations
 
 import os
-import socket
-import subprocess
-import time
 import uuid
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from flexsim.blueprint import _fix_ids, _plot, _scene
-from flexsim.errors import ParameterError, RunError
-from flexsim.mjcf_differences import differences
+from flexsim.errors import RunError
 from flexsim.recording import (
     APPLICATION,
-    RERUN_TOOL,
     Case,
     _log_text,
     _log_trace,
@@ -38,14 +32,13 @@ from flexsim.recording import (
 )
 from flexsim.scene import corners, log_scene
 from flexsim.traces import CHAIN, MM, TIMELINE, Trace, traces
-from studies.watch import frequency_rows, tip_line
 from studies.watch_charts import BOUNDS, history_rows, log_chart, shape_rows
+from studies.watch_report import frequency_rows, tip_line
+from studies.watch_viewer import DEFAULT_URL, answers, require_viewer, start_viewer
 
 if TYPE_CHECKING:
     from studies.watch import Save
 
-DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
-SCHEMES = ("rerun", "rerun+http", "rerun+https")
 SAVES = "save"  # the timeline of the history
 ROOT = "arm"  # of the entities of the case
 MICRO = 1e6  # [um/m]
@@ -53,15 +46,12 @@ PANELS = {
     "v": "tip deflection v [mm]",
     "difference/tip": "tip, chain minus assumed modes [um]",
     "joint": "joint angles [rad] · 1 bright, 2 dark",
-    "modal": "modal coordinates [mm] · 1 bright to 3 dark",
+    "energy": "kinetic + elastic energy [J]",
 }
 SCENE_TITLE = "open loop from rest · orange: assumed modes · blue: chain · grid 0.1 m"
 SHAPES_TITLE = "mode shapes · blue: chain · grey: paper's beam"
 HISTORY_TITLE = "clamped frequencies over saves"
-HISTORY_PLOT_TITLE = "[Hz], on the timeline `save`"
-REACHED = 0.5  # [s] for a viewer to take a connection
-STARTED = 15.0  # [s] for a new viewer to do so
-STAYS = 1.0  # [s] after which a viewer that has started does run
+HISTORY_PLOT_TITLE = "on the timeline `save` [Hz]"
 SENT = 10.0  # [s] for a viewer to take a recording
 
 
@@ -74,16 +64,17 @@ def text_of(saves: Sequence[Save], error: str | None) -> str:
     if error is not None:
         title = f"# Not usable\n\n**{error}**\n\nAll that is shown is of {save.label}."
     since = f"change since save {before.number}" if before else "change"
-    head = ("Hz", "assumed modes", since, "chain", since, "paper's beam")
-    return f"{title}\n\n{_table(head, frequency_rows(save, before))}\n\n{tip_line(save, before)}"
+    head = ("", "assumed modes", since, "chain", since, "paper's beam")
+    return f"{title}\n\n{tip_line(save, before)}\n\n{_table(head, frequency_rows(save, before))}"
 
 
-def changes_of(save: Save) -> str:
-    """Return in markdown what the file changes of the default."""
-    rows = differences(save.chain)
-    if not rows:
-        return "The same robot as the default."
-    return _table(("element", "attribute", "default", "yours"), [list(row) for row in rows])
+def changes_of(save: Save, error: str | None) -> str:
+    """Return in markdown what the file changes of the default, and what is wrong with it now."""
+    rows = save.changes
+    found = "The same robot as the default."
+    if rows:
+        found = _table(("element", "attribute", "default", "yours"), [list(row) for row in rows])
+    return f"**{error}**\n\n{found}" if error else found
 
 
 def case_of(save: Save) -> Case:
@@ -141,11 +132,10 @@ def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | No
         ModelError: the file has a geom that cannot be drawn.
     """
     stream.send_recording_name(saves[-1].label if saves else "no good save yet")
-    _log_text(stream, "frequencies", text_of(saves, error))
+    log_texts(stream, saves, error)
     if not saves:
         return
     save, case = saves[-1], case_of(saves[-1])
-    _log_text(stream, "differences", changes_of(save))
     log_chart(stream, "mode_shapes", *shape_rows(save))
     log_chart(stream, "history", *history_rows(saves))
     _log_history(stream, saves)
@@ -158,6 +148,13 @@ def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | No
         names = (f"chain, save {saves[-2].number}",)
         _log_trace(stream, case, Trace("v/before", names, before.time, MM * before.v[:, None]))
     log_scene(stream, case, save.robot.parameters)
+
+
+def log_texts(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
+    """Record what is said in words, in place of what was said before."""
+    _log_text(stream, "frequencies", text_of(saves, error))
+    if saves:
+        _log_text(stream, "differences", changes_of(saves[-1], error))
 
 
 def _log_history(stream: rr.RecordingStream, saves: Sequence[Save]) -> None:
@@ -233,7 +230,7 @@ class Viewer:
         try:
             with _strict():
                 if error is not None and self.stream is not None:
-                    _log_text(self.stream, "frequencies", text_of(saves, error))
+                    log_texts(self.stream, saves, error)
                 else:
                     self._send(saves, error)
                 assert self.stream is not None
@@ -253,54 +250,3 @@ class Viewer:
         )
         self.arranged = self.arranged or bool(saves)
         log_saves(self.stream, saves, error)
-
-
-def answers(url: str) -> bool:
-    """Return whether something takes connections at a viewer's address.
-
-    Raises:
-        ParameterError: it is no such address.
-    """
-    try:
-        parts = urlsplit(url)
-        port = parts.port
-    except ValueError:
-        port = None
-    if port is None or parts.scheme not in SCHEMES or parts.path != "/proxy":
-        raise ParameterError(f"{url!r} is no viewer's address; give one as {DEFAULT_URL}")
-    try:
-        socket.create_connection((parts.hostname or "", port), REACHED).close()
-    except OSError:
-        return False
-    return True
-
-
-def require_viewer(url: str) -> None:
-    """Raise a RunError unless a viewer answers there."""
-    if not answers(url):
-        raise RunError(f"no viewer answers at {url}; start one with: rerun --port PORT")
-
-
-def start_viewer() -> None:
-    """Start a viewer on this machine that outlives us.
-
-    Raises:
-        RunError: it ends at once, as without a display.
-    """
-    process = subprocess.Popen(
-        [*RERUN_TOOL, "--bind", "127.0.0.1", "--hide-welcome-screen"],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    start = time.monotonic()
-    while process.poll() is None and not answers(DEFAULT_URL):
-        if time.monotonic() - start > STARTED:
-            process.kill()
-            break
-        time.sleep(0.1)
-    else:
-        time.sleep(STAYS)  # it listens before it opens its window
-    if process.poll() is not None:
-        raise RunError("the rerun viewer cannot start, as without a display")

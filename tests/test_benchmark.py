@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 import pytest
 
+from controllers import TUNED
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters
 from studies import benchmark
 from studies.benchmark import (
     BenchmarkConfig,
     BenchmarkResult,
+    as_drawn,
     bare_run,
     closed_loop_run,
     command,
+    generation_run,
     least_cost,
     run,
+    tuning_budget,
 )
+from studies.structures import Structure
 
 COUNTED = 1e-9  # relative: sums of steps that are no binary fractions
+ROUNDING = 1e-12  # relative: gains to milliseconds and back
 
 
 def test_least_cost_is_that_of_the_best_round(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,3 +76,41 @@ def test_table_states_ratios(
     lines: Iterator[str] = iter(capsys.readouterr().out.splitlines())
     rows = {row.split()[1]: row for row in lines if row.startswith("│")}
     assert "1.150" in rows["chain_1"] and "1.000" in rows["bare_mj_step"]
+
+
+def test_generations_are_near_the_tuned_controller_and_run_to_the_end() -> None:
+    modes = AssumedModesPlant(Parameters())
+    center = as_drawn(TUNED["circle"])
+    drawn = TUNED["circle"].joint2
+    assert center[5] == pytest.approx(drawn.k1 * 1000**drawn.nu1)
+    ((one, two),) = Structure().filters(center[None])
+    for built, own in zip((one, two), TUNED["circle"].filters(1e-3), strict=True):
+        assert built[0] == pytest.approx(own[0], rel=ROUNDING)
+    once = generation_run(modes, 0.1)
+    assert once() == pytest.approx(4400, rel=COUNTED)  # 44 individuals of 100 ms
+    assert once() == pytest.approx(4400, rel=COUNTED)
+
+
+def test_tuning_budget_divides_by_what_it_says() -> None:
+    """A generation on two threads at 0.6 us a simulated ms, the population at 0.5, or 1 on one."""
+    costs = {"chain_50": 1.0, "chain 2": 0.5, "chain generation": 0.6}
+    costs |= {key.replace("chain", "assumed_modes"): 2 * cost for key, cost in costs.items()}
+    found = tuning_budget(costs, threads=2)
+    assert found["chain"]["simulations"] == 50 + 99 * 44
+    assert found["chain"]["seconds"] == pytest.approx(4406 * 5000 * 0.6e-6)
+    assert found["chain"]["ratio"] == pytest.approx(0.6 / (1.0 / 2))
+    assert found["chain"]["ratio_threaded"] == pytest.approx(0.6 / 0.5)
+    assert found["assumed_modes"]["seconds"] == pytest.approx(2 * found["chain"]["seconds"])
+
+
+def test_budget_is_stated(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    budget = {"simulations": 4406, "seconds": 61.25, "ratio": 1.125, "ratio_threaded": 1.05}
+    made = BenchmarkResult({"bare_mj_step": 20.0}, {}, {}, {}, {"chain": budget})
+    monkeypatch.setattr(benchmark, "run", lambda config: made)
+    command(BenchmarkConfig())
+    said = " ".join(capsys.readouterr().out.split())
+    assert "4406 simulations of 5 s, chain: 61.2 s on all threads, 1.125 of" in said
+    command(BenchmarkConfig(json=True))
+    assert json.loads(capsys.readouterr().out)["tuning_budget"]["chain"] == budget
