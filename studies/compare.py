@@ -20,7 +20,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller, Gains
@@ -40,7 +39,8 @@ from flexsim.true_tip import dead_zone_error, shaped_reference
 from studies.compare_report import Comparison, print_report, write_report
 from studies.figures import paper_envelopes
 from studies.robot_options import RobotOptions
-from studies.run_folder import run_folder, to_json
+from studies.run_folder import to_json
+from studies.study import carried_out
 
 Array = NDArray[np.float64]
 
@@ -307,11 +307,7 @@ def tip_difference(first: Motion, second: Motion) -> float | None:
 
 def command(config: CompareConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-            write_report(folder, config, result)
+    result = carried_out(config, run, write_report)
     if config.json:
         print(to_json({"rows": result.rows, "run": str(config.out)}))
     else:

@@ -14,7 +14,7 @@ from flexsim.recording import Case, write_recording
 from flexsim.robot_file import Robot
 from flexsim.traces import spoken
 from studies.figures import case_figure, summary_figure
-from studies.robot_options import keep_file, print_differences
+from studies.robot_options import print_differences
 from studies.run_folder import versions, write_config, write_rows
 
 
@@ -33,7 +33,6 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
     write_config(folder, config, cases=[case.name for case in result.cases])
     for name, text in result.mjcf.items():
         (folder / name).write_text(text)
-    keep_file(folder, result.robot)
     write_rows(folder / "results.csv", result.rows)
     (folder / "figures").mkdir()
     for case in result.cases:

@@ -56,7 +56,7 @@ def _style(plant: str) -> dict[str, Any]:
     return STYLES.get(kind(plant), OTHER_STYLE)
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, all of it or nothing.
 
     Raises:
@@ -135,7 +135,7 @@ def case_figure(case: Case, path: Path) -> None:
         axes[name].sharex(axes["v"])
         axes[name].tick_params(labelbottom=False)
     _path(axes["path"], case)
-    _finish(figure, axes.values())
+    finish(figure, axes.values())
     figure.suptitle(
         f"trajectory: {case.trajectory}   ·   controllers: {case.controllers}   ·   "
         f"setting: {case.setting}",
@@ -143,10 +143,10 @@ def case_figure(case: Case, path: Path) -> None:
     )
     handles, labels = axes["path"].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT + 1)
-    _save(figure, path)
+    save(figure, path)
 
 
-def _finish(figure: Figure, every: Any) -> None:
+def finish(figure: Figure, every: Any) -> None:
     """Give all axes of a figure the same grid and letters."""
     figure.set_facecolor("white")
     for axes in every:
@@ -229,5 +229,5 @@ def summary_figure(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlabel("half-width of the envelope around the reference [m]")
     _draw_legend(axes, plants)
-    _finish(figure, [axes])
-    _save(figure, path)
+    finish(figure, [axes])
+    save(figure, path)

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from flexsim.traces import kind
-from studies.figures import DPI, FONT, OTHER_STYLE, STYLES, _finish, _save
+from studies.figures import DPI, FONT, OTHER_STYLE, STYLES, finish, save
 from studies.run_folder import write_rows
 
 if TYPE_CHECKING:
@@ -154,7 +154,9 @@ def verdict(result: LadderResult) -> str:
     steps = [row for row in result.integrators if row["step"] <= SAFE * (row["longest_step"] or 1)]
     lines = []
     for torque, doubt in result.reference.uncertainty.items():
-        lines.append(f"Cheapest under {torque} torques (steps: up to {SAFE} of the limit), tip within")
+        lines.append(
+            f"Cheapest under {torque} torques (steps: up to {SAFE} of the limit), tip within"
+        )
         for target in TARGETS:
             label = f"  {1e3 * target:g} mm: "
             if target < doubt:
@@ -242,8 +244,8 @@ def cost_figure(result: LadderResult, path: Path) -> None:
     panels[0].set_ylabel("tip, rms distance to the reference [m]")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=7, fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)
 
 
 def _series(axes: Axes, rows: Rows, torque: str) -> None:
@@ -297,5 +299,5 @@ def integrator_figure(rows: Rows, path: Path) -> None:
     )
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)

@@ -36,8 +36,9 @@ from flexsim.trajectories import Reference, reference, trajectory
 from studies.compare import perturbed
 from studies.crosscheck import BRISK, GENTLE, POSE, tip_difference, trial_torque, undamped
 from studies.misprints_report import LEGEND, energy_figure, table, tip_figure, verdict
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
+from studies.study import carried_out
 
 Array = NDArray[np.float64]
 
@@ -278,7 +279,6 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
 def write(folder: Path, config: MisprintsConfig, result: MisprintsResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
-    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     columns = list(dict.fromkeys(key for row in result.details for key in row))
     details = [{key: row.get(key) for key in columns} for row in result.details]
@@ -290,11 +290,7 @@ def write(folder: Path, config: MisprintsConfig, result: MisprintsResult) -> Non
 
 def command(config: MisprintsConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         print(to_json({"rows": result.rows, "details": result.details, "run": str(config.out)}))
         return

@@ -16,7 +16,7 @@ from rich import box
 from rich.table import Table
 
 from flexsim.printed import MISPRINTS
-from studies.figures import DPI, FONT, _finish, _save
+from studies.figures import DPI, FONT, finish, save
 
 Array = NDArray[np.float64]
 
@@ -96,8 +96,8 @@ def energy_figure(energy: Mapping[str, Array], start: str, period: float, path: 
     axes.set_title(f"free, undamped motion, {start}")
     axes.margins(x=0)
     figure.legend(loc="outside lower center", ncols=len(energy), fontsize=FONT)
-    _finish(figure, [axes])
-    _save(figure, path)
+    finish(figure, [axes])
+    save(figure, path)
 
 
 def tip_figure(details: Sequence[Mapping[str, Any]], path: Path) -> None:
@@ -126,5 +126,5 @@ def tip_figure(details: Sequence[Mapping[str, Any]], path: Path) -> None:
             axis(lambda value, _: f"{value:g}")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(names), fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)

@@ -27,8 +27,9 @@ from flexsim.simulate import thread_count
 from studies.distributions import DISTRIBUTIONS, NAMES, Distribution
 from studies.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
 from studies.pid_question_report import question_figure, table, verdict
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
+from studies.study import carried_out
 from studies.tuning import SEED_MOST, Tuning, distribution_for, problem_of, tune
 
 STRUCTURES = {  # (order, realisation): controller and realisation of `Tuning`
@@ -256,7 +257,6 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> PidQuest
 def write(folder: Path, config: PidQuestionConfig, result: PidQuestionResult) -> None:
     """Write configuration, tables and figure into a folder."""
     write_config(folder, config, ran=dataclasses.asdict(config.asked()))
-    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "searches.csv", result.searches)
     (folder / "figures").mkdir()
@@ -265,11 +265,7 @@ def write(folder: Path, config: PidQuestionConfig, result: PidQuestionResult) ->
 
 def command(config: PidQuestionConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         print(to_json({"rows": result.rows, "searches": result.searches, "run": str(config.out)}))
         return

@@ -15,7 +15,7 @@ from rich import box
 from rich.table import Table
 
 from flexsim.traces import spoken
-from studies.figures import DPI, FONT, _finish, _save
+from studies.figures import DPI, FONT, finish, save
 
 Rows = Sequence[Mapping[str, Any]]
 Kind = tuple[str, str, str]  # order, realisation, range
@@ -144,5 +144,5 @@ def question_figure(rows: Rows, trajectory: str, path: Path) -> None:
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=FONT)
     figure.suptitle(f"which controllers hold the {trajectory}?", fontsize=FONT + 3)
-    _finish(figure, panels.ravel())
-    _save(figure, path)
+    finish(figure, panels.ravel())
+    save(figure, path)

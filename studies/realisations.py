@@ -38,8 +38,9 @@ from studies.realisations_report import (
     verdict,
 )
 from studies.realisations_response import BAND_HZ, ORDERS, band, response_row, sample_cost
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
+from studies.study import carried_out
 from studies.tuning import Tuning, distribution_for, problem_of, tune
 
 Array = NDArray[np.float64]
@@ -235,7 +236,6 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
 def write(folder: Path, config: RealisationsConfig, result: RealisationsResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
-    keep_file(folder, config.robot_of())
     for part, name in PARTS.items():
         write_rows(folder / name, [row for row in result.rows if row["part"] == part])
     (folder / "figures").mkdir()
@@ -246,11 +246,7 @@ def write(folder: Path, config: RealisationsConfig, result: RealisationsResult) 
 
 def command(config: RealisationsConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         print(to_json({"rows": result.rows, "run": str(config.out)}))
         return

@@ -18,7 +18,7 @@ from rich.table import Table
 
 from controllers import operator, response_error
 from flexsim.traces import spoken
-from studies.figures import DPI, FONT, PLANT_MARKERS, STYLES, _finish, _save
+from studies.figures import DPI, FONT, PLANT_MARKERS, STYLES, finish, save
 
 Array = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
@@ -188,9 +188,9 @@ def response_figure(
         column[1].set_xlabel("f [Hz]")
     panels[0, 0].set_ylabel("magnitude error [dB]")
     panels[1, 0].set_ylabel("phase error [deg]")
-    _finish(figure, panels.flat)
+    finish(figure, panels.flat)
     figure.suptitle(f"D^{DRAWN_ORDER:g} against (j omega)^{DRAWN_ORDER:g}", fontsize=FONT + 3)
-    _save(figure, path)
+    save(figure, path)
 
 
 def loop_figure(rows: Rows, part: str, path: Path) -> None:
@@ -226,5 +226,5 @@ def loop_figure(rows: Rows, part: str, path: Path) -> None:
     panels[0].set_ylim(len(chosen) - 0.5, -0.5)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)

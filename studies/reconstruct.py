@@ -40,8 +40,9 @@ from studies.reconstruct_report import (
     verdict,
 )
 from studies.reconstruct_variants import QUICK, Variant, variants
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
+from studies.study import carried_out
 
 Array = NDArray[np.float64]
 
@@ -266,7 +267,6 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
 def write(folder: Path, config: ReconstructConfig, result: ReconstructResult) -> None:
     """Write configuration, tables and figures into a folder."""
     write_config(folder, config)
-    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "chaos.csv", result.chaos)
     write_rows(folder / "units.csv", result.units)
@@ -277,11 +277,7 @@ def write(folder: Path, config: ReconstructConfig, result: ReconstructResult) ->
 
 def command(config: ReconstructConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         parts: dict[str, Sequence[Any]] = {"chaos": result.chaos, "units": result.units}
         print(to_json({"rows": result.rows, **parts, "run": str(config.out)}))

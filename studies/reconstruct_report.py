@@ -16,7 +16,7 @@ from rich import box
 from rich.table import Table
 
 from flexsim.traces import spoken
-from studies.figures import DPI, FONT, PLANT_MARKERS, STYLES, _finish, _save
+from studies.figures import DPI, FONT, PLANT_MARKERS, STYLES, finish, save
 
 Array = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
@@ -166,8 +166,8 @@ def envelope_figure(rows: Rows, path: Path) -> None:
     panels[0].set_ylim(len(names) - 0.5, -0.5)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)
 
 
 def _draw_plant(axes: Any, rows: Rows, plant: str, shift: float, names: list[str]) -> None:
@@ -208,5 +208,5 @@ def chaos_figure(apart: Mapping[tuple[str, str], Array], period: float, path: Pa
     panels[0].set_ylabel("distance of the joints [rad]")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=FONT)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)

@@ -25,9 +25,10 @@ from rich.progress import Progress
 
 from flexsim.errors import ParameterError
 from studies.genetic import Generation, GeneticSettings, Search
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.run_folder import to_json, write_config, write_rows
 from studies.screening_draws import Screened, Tally, screened
 from studies.screening_report import screening_figure, screening_table, verdict
+from studies.study import carried_out
 from studies.tuning import Tuning, distribution_for, problem_of, tune
 
 Array = NDArray[np.float64]
@@ -226,11 +227,7 @@ def write(folder: Path, config: ScreeningConfig, result: ScreeningResult) -> Non
 
 def command(config: ScreeningConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         print(to_json({"rows": result.rows, "target": result.target, "run": str(config.out)}))
         return

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
-from studies.figures import DPI, FONT, _finish, _save
+from studies.figures import DPI, FONT, finish, save
 
 Array = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
@@ -134,5 +134,5 @@ def screening_figure(rows: Rows, target: float, title: str, path: Path) -> None:
         axes.set_yscale("log")
     axes.set(xlabel="simulations", ylabel="best index (5) so far [m² s]", title=title)
     axes.legend(fontsize=FONT, frameon=False)
-    _finish(figure, [axes])
-    _save(figure, path)
+    finish(figure, [axes])
+    save(figure, path)

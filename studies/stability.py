@@ -32,11 +32,12 @@ from flexsim.robot_file import plant_kind
 from flexsim.robots import Plant
 from flexsim.settings import setting
 from flexsim.trajectories import reference, trajectory
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
 from studies.stability_growth import SLACK, extreme_poses, loop_options
 from studies.stability_maps import StabilityMap, map_figure, screen, stability_map
 from studies.stability_simulated import simulated_growth
+from studies.study import carried_out
 
 Array = NDArray[np.float64]
 
@@ -227,7 +228,6 @@ def _poles(loop: LinearLoop) -> dict[str, float]:
 def write(folder: Path, config: StabilityConfig, result: StabilityResult) -> None:
     """Write configuration, table and maps into a folder."""
     write_config(folder, config, screens=result.screens)
-    keep_file(folder, config.robot_of())
     write_rows(folder / "results.csv", result.rows)
     if result.screens:
         write_rows(folder / "screens.csv", result.screens)
@@ -259,12 +259,8 @@ def table(rows: list[dict[str, Any]]) -> Table:
 
 def command(config: StabilityConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
     start = time.perf_counter()
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         run_at = {"rows": result.rows, "screens": result.screens, "run": str(config.out)}
         print(to_json(run_at))

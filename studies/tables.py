@@ -31,9 +31,10 @@ from studies.compare import CASES, PERTURBATION, summary
 from studies.distributions import NAMES
 from studies.figures import paper_envelopes
 from studies.genetic import Generation, Search
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config, write_rows
+from studies.robot_options import RobotOptions, print_differences
+from studies.run_folder import to_json, write_config, write_rows
 from studies.structures import Filters
+from studies.study import carried_out
 from studies.tables_report import envelope_figure, print_report, transfer_figure
 from studies.tune import check_threads
 from studies.tuning import BOTH, PLANTS, Tuning, distribution_for, problem_of, scenarios_of, tune
@@ -285,7 +286,6 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
 def write(folder: Path, config: TablesConfig, result: TablesResult) -> None:
     """Write configuration, MJCF, tables and figures into a folder."""
     write_config(folder, config, ran=dataclasses.asdict(config.asked()))
-    keep_file(folder, config.robot_of())
     (folder / "chain.xml").write_text(result.mjcf)
     write_rows(folder / "results.csv", result.rows)
     write_rows(folder / "controllers.csv", result.controllers)
@@ -297,11 +297,7 @@ def write(folder: Path, config: TablesConfig, result: TablesResult) -> None:
 
 def command(config: TablesConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        write(folder, config, result)
+    result = carried_out(config, run, write)
     if config.json:
         lists = {"rows": result.rows, "controllers": result.controllers, "ratios": result.ratios}
         print(to_json({**lists, "run": str(config.out)}))

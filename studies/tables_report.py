@@ -15,14 +15,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullLocator
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from flexsim.traces import MM, spoken
 from studies.distributions import NAMES
-from studies.figures import DPI, FONT, PAPER_MARKERS, STYLES, _finish, _save, paper_envelopes
+from studies.figures import DPI, FONT, PAPER_MARKERS, STYLES, finish, paper_envelopes, save
 
 Row = Mapping[str, Any]
 Rows = Sequence[Row]
@@ -35,7 +35,7 @@ COLOURS = {  # tuned on; the plants' own, and a third for both
 }
 MARKERS = {"assumed-modes": "o", "chain": "s", "both": "D"}
 WIDTH = 16.0  # [in], 1600 px
-SPACING = 0.2  # of markers of one case
+SPACING = 0.2  # of markers of one case, the paper's the lowest
 PALE = 0.55  # of the colour map, where letters turn from white to black
 SCALE = 1e4  # the table's indices are in 1e-4 m2 s
 
@@ -115,23 +115,23 @@ def transfer_table(rows: Rows) -> Table:
     return grid
 
 
-def direction(row: Row) -> str:
-    """Return in words whose envelope a ratio has over whose."""
-    pair = f"{spoken(row['to_plant'])} / {spoken(row['from_plant'])}"
-    return f"{spoken(row['tuned_on'])}: {pair}"
-
-
 def ratio_table(ratios: Rows) -> Table:
-    """Return the envelopes' ratios, a line per plant tuned on, the paper's last."""
-    first = [row for row in ratios if row["tuned_on"] == ratios[0]["tuned_on"]]
-    grid = _grid("Deterioration: ratio of envelopes", "tuned on: ratio")
-    _numbers(grid, *(case_name(row["trajectory"], row["tuned_for"]) for row in first))
-    for tuned_on in distinct(ratios, "tuned_on"):
-        mine = [row for row in ratios if row["tuned_on"] == tuned_on]
-        cells = ("-" if row["ratio"] is None else f"{row['ratio']:.2f}" for row in mine)
-        grid.add_row(direction(mine[0]), *cells)
-    paper = ("-" if row["paper_ratio"] is None else f"{row['paper_ratio']:.1f}" for row in first)
-    grid.add_row("paper: laboratory / simulation", *paper)
+    """Return the envelopes' ratios, a line per case and a column per plant tuned on."""
+    columns = [
+        [row for row in ratios if row["tuned_on"] == tuned_on]
+        for tuned_on in distinct(ratios, "tuned_on")
+    ]
+    over = (f"{spoken(mine[0]['to_plant'])} /\n{spoken(mine[0]['from_plant'])}" for mine in columns)
+    heads = (
+        f"{spoken(mine[0]['tuned_on'])}\n{pair}" for mine, pair in zip(columns, over, strict=True)
+    )
+    grid = _grid("Deterioration: ratio of envelopes, away from where tuned", "tuned on")
+    _numbers(grid, *heads, "paper\nlaboratory /\nsimulation")
+    for case in zip(*columns, strict=True):
+        cells = ["-" if row["ratio"] is None else f"{row['ratio']:.2f}" for row in case]
+        paper = case[0]["paper_ratio"]
+        cells.append("-" if paper is None else f"{paper:.1f}")
+        grid.add_row(case_name(case[0]["trajectory"], case[0]["tuned_for"]), *cells)
     return grid
 
 
@@ -169,11 +169,11 @@ def verdict(rows: Rows, ratios: Rows) -> str:
         known = [row["ratio"] for row in mine if row["ratio"] is not None]
         here, there = (spoken(mine[0][name]) for name in ("from_plant", "to_plant"))
         lines.append(
-            f"Tuned on {spoken(tuned_on)}, envelopes on {there} are {_range(known)} times "
-            f"those on {here}."
+            f"Tuned on {spoken(tuned_on)}: {_range(known)} times as wide on the {there} "
+            f"as on the {here}."
         )
     paper = [row["paper_ratio"] for row in ratios if row["paper_ratio"] is not None]
-    lines.append(f"The paper's in the laboratory are {_range(paper)} times the simulation's.")
+    lines.append(f"The paper: {_range(paper)} times as wide in the laboratory as simulated.")
     return "\n".join(lines)
 
 
@@ -212,7 +212,7 @@ def _label_envelopes(panels: Sequence[Axes], cases: Cases) -> None:
     for axes, (paper, _) in zip(panels, PAPER_MARKERS, strict=False):
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel("half-width of the envelope around the reference [mm]")
         axes.set_title(f"{axes.get_title()}   (black: {paper})")
 
@@ -232,14 +232,15 @@ def envelope_figure(rows: Rows, cases: Cases, path: Path) -> None:
     panels = figure.subplots(1, len(plants), sharex=True, sharey=True)
     row_of = lookup(rows)
     for axes, plant, which, (_, marker) in zip(panels, plants, (0, 1), PAPER_MARKERS, strict=True):
-        axes.set_title(f"run on {spoken(plant)}")
+        axes.set_title(f"run on the {spoken(plant)}")
         for k, (trajectory, devised) in enumerate(cases):
             for i, tuned_on in enumerate(tuned_ons):
-                height = k + SPACING * (i - (len(tuned_ons) - 1) / 2)
+                height = k + SPACING * (i - len(tuned_ons) / 2)
                 _draw_case(axes, row_of(tuned_on, devised, plant, trajectory), height)
             paper = paper_envelopes(trajectory, devised)
             if paper:
-                axes.plot(MM * paper[which], k, marker, color="0.15", ms=15, mew=2.5)
+                height = k + SPACING * len(tuned_ons) / 2
+                axes.plot(MM * paper[which], height, marker, color="0.15", ms=13, mew=2.5)
     for tuned_on in tuned_ons:
         style = {"color": COLOURS[tuned_on], "markersize": 10}
         panels[0].plot([], [], MARKERS[tuned_on], label=f"tuned on {spoken(tuned_on)}", **style)
@@ -248,8 +249,8 @@ def envelope_figure(rows: Rows, cases: Cases, path: Path) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=FONT)
     _label_envelopes(panels, cases)
-    _finish(figure, panels)
-    _save(figure, path)
+    finish(figure, panels)
+    save(figure, path)
 
 
 def _heat(axes: Axes, rows: Rows, colours: LogNorm) -> AxesImage:
@@ -296,13 +297,15 @@ def transfer_figure(rows: Rows, path: Path) -> None:
     panels = figure.subplots(1, len(plants), sharey=True)
     for axes, plant in zip(panels, plants, strict=True):
         image = _heat(axes, [row for row in rows if row["run_on"] == plant], colours)
-        axes.set_title(f"run on {spoken(plant)}")
+        axes.set_title(f"run on the {spoken(plant)}")
     panels[0].set_ylabel("controllers tuned")
-    _finish(figure, panels)
+    finish(figure, panels)
     for axes in panels:
         axes.grid(False)
         axes.tick_params(length=0)
-    bar = figure.colorbar(image, ax=panels, format="%g")
+    ticks = LogLocator(subs=(1, 2, 5))
+    bar = figure.colorbar(image, ax=panels, ticks=ticks, format="%g")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.set_label("half-width of the envelope [mm]", size=FONT)
     figure.suptitle("every controller on every trajectory; framed: tuned for it", fontsize=FONT + 3)
-    _save(figure, path)
+    save(figure, path)

@@ -258,7 +258,7 @@ def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
         if kept > len(record.generations) or not (folder / tune_report.RESULT).is_file():
-            tune_report.finish(folder, search, tuning, len(problem.scenarios))
+            tune_report.conclude(folder, search, tuning, len(problem.scenarios))
     except KeyboardInterrupt:
         print(
             f"flexsim: interrupted, {kept} generation(s) kept; continue with "

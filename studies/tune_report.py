@@ -17,7 +17,7 @@ from rich.table import Table
 from flexsim.convergence import write_convergence
 from flexsim.errors import RunError
 from studies.distributions import NAMES
-from studies.figures import DPI, FONT, _finish, _save
+from studies.figures import DPI, FONT, finish, save
 from studies.genetic import Search
 from studies.run_folder import to_json, write_rows
 from studies.structures import in_si
@@ -111,8 +111,8 @@ def convergence_figure(search: Search, title: str, path: Path) -> None:
     upper.set(ylabel="index (5) [m² s]", title=title)
     lower.plot(generation, 100 * column["stable_share"], color=STABLE, linewidth=2.0)
     lower.set(xlabel="generation", ylabel="stable [%]", ylim=(0, 105))
-    _finish(figure, [upper, lower])
-    _save(figure, path)
+    finish(figure, [upper, lower])
+    save(figure, path)
 
 
 def described(tuning: Tuning) -> str:
@@ -124,7 +124,7 @@ def described(tuning: Tuning) -> str:
     )
 
 
-def finish(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> None:
+def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> None:
     """Write result, convergence table, figure and recording into a run's folder.
 
     Raises:

@@ -34,13 +34,13 @@ def cases() -> list[Case]:
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """Keep the figures that are saved, so that their contents can be looked at."""
     kept: list[Figure] = []
-    save: Callable[[Figure, Path], None] = figures._save
+    save: Callable[[Figure, Path], None] = figures.save
 
     def keep(figure: Figure, path: Path) -> None:
         kept.append(figure)
         save(figure, path)
 
-    monkeypatch.setattr(figures, "_save", keep)
+    monkeypatch.setattr(figures, "save", keep)
     return kept
 
 
