@@ -40,6 +40,7 @@ from flexsim.settings import setting
 from flexsim.simulate import evaluate, thread_count
 from flexsim.trajectories import Reference, reference, trajectory
 from studies.genetic import GeneticSettings
+from studies.robot_options import RobotOptions, print_differences
 from studies.run_folder import to_json
 from studies.structures import MS_PER_S, Structure
 from studies.tuning import Problem
@@ -53,11 +54,12 @@ SCALED_SEGMENTS = (4, 6, 8, 10)
 TASK = "circle"  # trajectory and controllers of the closed loops
 PLANTS = ("assumed_modes", "chain")
 PAPERS = GeneticSettings()  # budget of the tuning
+BARE_RATES = (0.5, 0.3)  # [rad/s] of the joints where nothing drives them
 SPREAD = 1e-3  # relative, of the individuals around the tuned one
 
 
 @dataclass(frozen=True)
-class BenchmarkConfig:
+class BenchmarkConfig(RobotOptions):
     """Time the closed loops beside a bare mj_step loop and a Python one."""
 
     rounds: int = 5
@@ -89,9 +91,9 @@ def _bare(model: int, data: int, steps: int) -> None:
         mj_step(model, data)
 
 
-def started(seconds: float) -> Reference:
-    """Return the task's reference up to a time."""
-    whole = reference(trajectory(TASK), Parameters())
+def started(robot: Parameters, seconds: float) -> Reference:
+    """Return the task's reference up to a time [s]."""
+    whole = reference(trajectory(TASK), robot)
     kept = whole.time <= seconds
     return Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
 
@@ -100,7 +102,7 @@ def closed_loop_run(
     plant: Plant, population: int, seconds: float, threads: int | None = 1
 ) -> Callable[[], float]:
     """Return a function that runs the closed loop and gives simulated milliseconds."""
-    ref = started(seconds)
+    ref = started(plant.parameters, seconds)
     filters = [TUNED[TASK].filters(1e-3)] * population
 
     def once() -> float:
@@ -123,7 +125,7 @@ def as_drawn(controller: Controller) -> Array:
 
 def generation_run(plant: Plant, seconds: float = WHOLE) -> Callable[[], float]:
     """Return a function that evaluates a new generation and gives simulated milliseconds."""
-    ref, center = started(seconds), as_drawn(TUNED[TASK])
+    ref, center = started(plant.parameters, seconds), as_drawn(TUNED[TASK])
     problem = Problem(Structure(), ((plant, setting("print")),), ref)
     size, rng = PAPERS.population - PAPERS.survivors, np.random.default_rng(1)
 
@@ -163,7 +165,8 @@ def bare_run(chain: ChainPlant, in_python: bool) -> Callable[[], float]:
     model_address, data_address = model._address, int(workspace.addresses[0])
 
     def once() -> float:
-        mujoco.mj_resetDataKeyframe(model, data, model.key("bent").id)
+        mujoco.mj_resetData(model, data)
+        data.qvel[:2] = BARE_RATES
         if in_python:
             for _ in range(steps):
                 mujoco.mj_step(model, data)
@@ -207,8 +210,8 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     if not 0.01 <= config.seconds <= 5:
         raise ParameterError(f"seconds is {config.seconds}; give 0.01 to 5")
     s = config.seconds
-    p = Parameters()
-    modes, chain = AssumedModesPlant(p), ChainPlant.designed(p)
+    robot = config.robot_of()
+    modes, chain = robot.both()
     loops = {
         "assumed_modes_1": closed_loop_run(modes, 1, WHOLE),
         "assumed_modes_50": closed_loop_run(modes, POPULATION, s),
@@ -225,11 +228,11 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
         for count in threads:
             tuning[f"{name} {count}"] = closed_loop_run(plant, POPULATION, s, count)
     costs = least_cost(loops | tuning, config.rounds)
-    by_size = least_cost(sized_loops(p, s), config.rounds)
+    by_size = least_cost({} if robot.file else sized_loops(robot.parameters, s), config.rounds)
     return BenchmarkResult(
         us_per_ms={name: costs[name] for name in loops},
-        by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES},
-        by_segments={n: by_size[f"N{n}"] for n in SCALED_SEGMENTS},
+        by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES if f"n{n}" in by_size},
+        by_segments={n: by_size[f"N{n}"] for n in SCALED_SEGMENTS if f"N{n}" in by_size},
         by_threads={
             count: {plant: costs[f"{plant} {count}"] * count for plant in PLANTS}
             for count in threads
@@ -256,11 +259,13 @@ def command(config: BenchmarkConfig) -> None:
         print(to_json(vars(result)))
         return
     console = Console(highlight=False)
+    print_differences(config.robot_of(), console)
     console.print(_cost_table(result))
-    modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())
-    console.print(f"Assumed modes, us by number of modes: {modes}")
-    chains = ", ".join(f"N = {n}: {cost:.1f}" for n, cost in result.by_segments.items())
-    console.print(f"Chain, us by segments (steps of 0.5 ms above N = 6): {chains}")
+    if result.by_modes:
+        modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())
+        console.print(f"Assumed modes, us by number of modes: {modes}")
+        chains = ", ".join(f"N = {n}: {cost:.1f}" for n, cost in result.by_segments.items())
+        console.print(f"Chain, us by segments (steps of 0.5 ms above N = 6): {chains}")
     for count, costs in result.by_threads.items():
         console.print(
             f"{count} thread(s), {POPULATION} controllers, us per core: assumed modes "

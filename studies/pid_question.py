@@ -163,8 +163,7 @@ def _tuning(
         seed=config.seed,
         modes=config.modes,
         segments=config.segments,
-        mjcf=None if config.mjcf is None else str(config.mjcf),
-        beam=config.beam,
+        **config.tuned,
     )
 
 

@@ -170,8 +170,9 @@ def tuned_anew(
         generations=generations,
         seed=seed,
         modes=config.modes,
+        **config.tuned,
     )
-    problem = problem_of(tuning, config.threads, config.robot_of())
+    problem = problem_of(tuning, config.threads)
     best = tune(problem, distribution_for(tuning), tuning.genetic, seed).best_parameters
     if best is None:
         return None

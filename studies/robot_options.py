@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from rich import box
 from rich.console import Console
@@ -35,6 +35,11 @@ class RobotOptions:
     beam: Literal["file", "analytic"] = "file"
     """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
     beam's on the file's rigid bodies."""
+
+    @property
+    def tuned(self) -> dict[str, Any]:
+        """The same options of a `studies.tuning.Tuning`."""
+        return {"mjcf": None if self.mjcf is None else str(self.mjcf), "beam": self.beam}
 
     def robot_of(self, parameters: Parameters | None = None) -> Robot:
         """Return the robot; `parameters` are its own without a file.

@@ -25,6 +25,7 @@ from rich.progress import Progress
 
 from flexsim.errors import ParameterError
 from studies.genetic import Generation, GeneticSettings, Search
+from studies.robot_options import RobotOptions, print_differences
 from studies.run_folder import to_json, write_config, write_rows
 from studies.screening_draws import Screened, Tally, screened
 from studies.screening_report import screening_figure, screening_table, verdict
@@ -37,13 +38,13 @@ QUICK_SEEDS, QUICK_POPULATION, QUICK_GENERATIONS = 2, 16, 4
 
 
 @dataclass(frozen=True)
-class ScreeningConfig:
+class ScreeningConfig(RobotOptions):
     """Compare the genetic algorithm with and without screened draws, seed by seed."""
 
     trajectory: str = "circle"
     """line, two-loop or circle."""
     plant: str = "assumed-modes"
-    """assumed-modes, chain or both."""
+    """both, or a plant's name as in flexsim tune."""
     setting: str = "print"
     """none, print, joint or reconstructed."""
     distribution: str = "table-1"
@@ -83,6 +84,7 @@ class ScreeningConfig:
             patience=max(1, generations),
             screen=screen,
             seed=seed,
+            **self.tuned,
         )
 
 
@@ -232,6 +234,7 @@ def command(config: ScreeningConfig) -> None:
         print(to_json({"rows": result.rows, "target": result.target, "run": str(config.out)}))
         return
     out = Console(highlight=False)
+    print_differences(config.robot_of(), out)
     out.print(screening_table(result.rows))
     if math.isfinite(result.target):
         out.print(

@@ -168,8 +168,7 @@ def tunings(config: TablesConfig) -> list[Tuning]:
             seed=config.seed,
             modes=config.modes,
             segments=config.segments,
-            mjcf=None if config.mjcf is None else str(config.mjcf),
-            beam=config.beam,
+            **config.tuned,
         )
         for plant in (*PLANTS, BOTH)
         for path in TRAJECTORIES

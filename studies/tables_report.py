@@ -28,12 +28,19 @@ Row = Mapping[str, Any]
 Rows = Sequence[Row]
 Cases = Sequence[tuple[str, str]]  # trajectory, controllers tuned for
 
+SHOWN = {  # figures in the table, with their headings
+    "envelope": "envelope",
+    "rms_error": "rms error",
+    "max_v": "max |v|",
+    "residual_v": "residual v",
+}
 COLOURS = {  # tuned on; the plants' own, and a third for both
     "assumed-modes": STYLES["assumed-modes"]["color"],
     "chain": STYLES["chain"]["color"],
     "both": "#009E73",
 }
 MARKERS = {"assumed-modes": "o", "chain": "s", "both": "D"}
+FRAME: dict[str, Any] = {"fill": False, "edgecolor": "#D55E00", "linewidth": 3}
 WIDTH = 16.0  # [in], 1600 px
 SPACING = 0.2  # of markers of one case, the paper's the lowest
 PALE = 0.55  # of the colour map, where letters turn from white to black
@@ -66,44 +73,34 @@ def _pair(rows: Rows, name: str) -> str:
     return " | ".join("div" if row["diverged"] else _mm(row[name]) for row in rows)
 
 
-def _grid(title: str, *texts: str) -> Table:
-    """Return a table with columns of text, to which those of numbers are added."""
-    grid = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
-    grid.pad_edge = False
+def _grid(title: str, texts: Sequence[str], numbers: Sequence[str]) -> Table:
+    """Return an empty table with columns of text, then columns of numbers."""
+    grid = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in texts:
         grid.add_column(heading, no_wrap=True)
-    return grid
-
-
-def _numbers(grid: Table, *headings: str) -> Table:
-    for heading in headings:
+    for heading in numbers:
         grid.add_column(heading, justify="right", no_wrap=True)
     return grid
 
 
 def table_3(rows: Rows, ratios: Rows) -> Table:
     """Return envelopes, errors and v of Figures 3 to 6's cases, in mm, the paper's above ours."""
-    grid = _grid("Table 3 and Figure 6 anew", "tuned on")
-    _numbers(grid, "envelope", "rms error", "max |v|", "residual v")
+    grid = _grid("Table 3 and Figure 6 anew", ["tuned on"], list(SHOWN.values()))
     row_of, plants = lookup(rows), distinct(rows, "run_on")
-    for case in ratios:
-        if case["tuned_on"] != ratios[0]["tuned_on"]:
-            continue
+    for case in (row for row in ratios if row["tuned_on"] == ratios[0]["tuned_on"]):
         path, devised = case["trajectory"], case["tuned_for"]
         paper = f"{_mm(case['paper_simulation'])} | {_mm(case['paper_laboratory'])}"
         grid.add_row(case_name(path, devised), f"[dim]paper[/dim] {paper}")
         for tuned_on in distinct(rows, "tuned_on"):
             mine = [row_of(tuned_on, devised, plant, path) for plant in plants]
-            names = ("envelope", "rms_error", "max_v", "residual_v")
-            grid.add_row(f"  {spoken(tuned_on)}", *(_pair(mine, name) for name in names))
+            grid.add_row(f"  {spoken(tuned_on)}", *(_pair(mine, name) for name in SHOWN))
     return grid
 
 
 def transfer_table(rows: Rows) -> Table:
     """Return the envelope of every controller on every trajectory, in mm."""
     paths = distinct(rows, "trajectory")
-    grid = _grid("Every controller on every trajectory: envelope", "tuned for", "on")
-    _numbers(grid, *paths)
+    grid = _grid("Every controller on every trajectory: envelope", ["tuned for", "on"], paths)
     row_of, plants = lookup(rows), distinct(rows, "run_on")
     for devised in distinct(rows, "tuned_for"):
         for i, tuned_on in enumerate(distinct(rows, "tuned_on")):
@@ -115,23 +112,25 @@ def transfer_table(rows: Rows) -> Table:
     return grid
 
 
+def direction(row: Row) -> str:
+    """Return in words whose envelope a ratio has over whose."""
+    pair = (row["to_plant"], row["from_plant"])
+    return " / ".join(spoken(plant).removeprefix("assumed ") for plant in pair)
+
+
 def ratio_table(ratios: Rows) -> Table:
     """Return the envelopes' ratios, a line per case and a column per plant tuned on."""
     columns = [
-        [row for row in ratios if row["tuned_on"] == tuned_on]
-        for tuned_on in distinct(ratios, "tuned_on")
+        [row for row in ratios if row["tuned_on"] == on] for on in distinct(ratios, "tuned_on")
     ]
-    over = (f"{spoken(mine[0]['to_plant'])} /\n{spoken(mine[0]['from_plant'])}" for mine in columns)
-    heads = (
-        f"{spoken(mine[0]['tuned_on'])}\n{pair}" for mine, pair in zip(columns, over, strict=True)
-    )
-    grid = _grid("Deterioration: ratio of envelopes, away from where tuned", "tuned on")
-    _numbers(grid, *heads, "paper\nlaboratory /\nsimulation")
+    heads = [f"{spoken(mine[0]['tuned_on'])}\n{direction(mine[0])}" for mine in columns]
+    title = "Deterioration: ratio of envelopes from plant to plant"
+    grid = _grid(title, ["tuned on"], [*heads, "paper\nlab / sim"])
     for case in zip(*columns, strict=True):
         cells = ["-" if row["ratio"] is None else f"{row['ratio']:.2f}" for row in case]
         paper = case[0]["paper_ratio"]
-        cells.append("-" if paper is None else f"{paper:.1f}")
-        grid.add_row(case_name(case[0]["trajectory"], case[0]["tuned_for"]), *cells)
+        name = case_name(case[0]["trajectory"], case[0]["tuned_for"])
+        grid.add_row(name, *cells, "-" if paper is None else f"{paper:.1f}")
     return grid
 
 
@@ -143,10 +142,10 @@ def _number(value: float | None) -> str:
 
 def table_2(controllers: Rows) -> Table:
     """Return the tuned parameters in Table 1's units, joint 1 above joint 2, and index (5)."""
-    grid = _grid("Table 2 anew: gains in N m ms^nu/rad, index in 1e-4 m2 s", "controllers")
+    title = "Table 2 anew: gains in N m ms^nu/rad, index in 1e-4 m2 s"
     half = len(NAMES) // 2
-    headings = (f"{one}\n{two}" for one, two in zip(NAMES[:half], NAMES[half:], strict=True))
-    _numbers(grid, *headings, "index")
+    heads = [f"{one}\n{two}" for one, two in zip(NAMES[:half], NAMES[half:], strict=True)]
+    grid = _grid(title, ["controllers"], [*heads, "index"])
     for row in controllers:
         index = "none" if row["index"] is None else f"{SCALE * row['index']:.3g}"
         joints = [[_number(row[name]) for name in part] for part in (NAMES[:half], NAMES[half:])]
@@ -155,37 +154,38 @@ def table_2(controllers: Rows) -> Table:
     return grid
 
 
-def _range(values: Sequence[float]) -> str:
-    return f"{min(values):.2f} to {max(values):.2f}" if values else "an unknown number of"
+def _range(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    lost = f", {len(values) - len(known)} of {len(values)} diverged"
+    spread = f"{min(known):.2f} to {max(known):.2f}" if known else "none"
+    return spread + (lost if len(known) < len(values) else "")
 
 
 def verdict(rows: Rows, ratios: Rows) -> str:
     """Return in words how many runs hold, and what leaving the plant tuned on costs."""
     own = [row for row in rows if row["tuned_for"] == row["trajectory"]]
     held, held_own = (sum(not row["diverged"] for row in these) for these in (rows, own))
-    lines = [f"{held} of {len(rows)} runs hold, {held_own} of {len(own)} on their own trajectory."]
+    held_all = f"{held} of {len(rows)} runs hold, {held_own} of {len(own)} on their own trajectory."
+    lines = [held_all, "Ratios of envelopes:"]
     for tuned_on in distinct(ratios, "tuned_on"):
         mine = [row for row in ratios if row["tuned_on"] == tuned_on]
-        known = [row["ratio"] for row in mine if row["ratio"] is not None]
-        here, there = (spoken(mine[0][name]) for name in ("from_plant", "to_plant"))
-        lines.append(
-            f"Tuned on {spoken(tuned_on)}: {_range(known)} times as wide on the {there} "
-            f"as on the {here}."
-        )
-    paper = [row["paper_ratio"] for row in ratios if row["paper_ratio"] is not None]
-    lines.append(f"The paper: {_range(paper)} times as wide in the laboratory as simulated.")
-    return "\n".join(lines)
+        name = f"tuned on {spoken(tuned_on)}, {direction(mine[0])}"
+        lines.append(f"  {name:<40}{_range([row['ratio'] for row in mine])}")
+    paper = _range([row["paper_ratio"] for row in mine])
+    return "\n".join([*lines, f"  {'the paper, laboratory / simulation':<40}{paper}"])
 
 
 def print_report(rows: Rows, controllers: Rows, ratios: Rows) -> None:
     """Print the four tables and the verdict."""
     console = Console(highlight=False)
     plants = " | ".join(spoken(plant) for plant in distinct(rows, "run_on"))
-    console.print(f"In mm, run on {plants}; paper: simulation | laboratory; div: diverged;")
-    console.print("medians over runs whose gains differ in their fourth digits\n")
-    for grid in (table_3(rows, ratios), transfer_table(rows), ratio_table(ratios)):
-        console.print(grid)
-    console.print(table_2(controllers))
+    console.print(
+        f"In mm, run on {plants}; the paper's: simulation | laboratory.\n"
+        "Medians over runs whose gains differ in their fourth digits; div: diverged.\n",
+        soft_wrap=True,
+    )
+    shown = table_3(rows, ratios), transfer_table(rows), ratio_table(ratios), table_2(controllers)
+    console.print(*shown, sep="\n")
     console.print(verdict(rows, ratios), soft_wrap=True)
 
 
@@ -256,9 +256,8 @@ def envelope_figure(rows: Rows, cases: Cases, path: Path) -> None:
 def _heat(axes: Axes, rows: Rows, colours: LogNorm) -> AxesImage:
     """Draw the envelopes [mm] of one plant, controllers down and trajectories across."""
     paths = distinct(rows, "trajectory")
-    names = [
-        (tuned_for, tuned_on) for tuned_for in paths for tuned_on in distinct(rows, "tuned_on")
-    ]
+    tuned_ons = distinct(rows, "tuned_on")
+    names = [(tuned_for, tuned_on) for tuned_for in paths for tuned_on in tuned_ons]
     values = np.full((len(names), len(paths)), np.nan)
     for row in rows:
         place = names.index((row["tuned_for"], row["tuned_on"])), paths.index(row["trajectory"])
@@ -272,9 +271,7 @@ def _heat(axes: Axes, rows: Rows, colours: LogNorm) -> AxesImage:
         text = f"{value:.1f}" if known else "diverged"
         axes.text(j, i, text, color=colour, size=FONT, ha="center", va="center")
         if names[i][0] == paths[j]:
-            axes.add_patch(
-                Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, fill=False, ec="#D55E00", lw=3)
-            )
+            axes.add_patch(Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, **FRAME))
     axes.set_xticks(range(len(paths)), [f"on the {name}" for name in paths])
     axes.set_yticks(range(len(names)), [f"for the {a}, on {spoken(b)}" for a, b in names])
     return image
