@@ -75,7 +75,7 @@ SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digi
 QUICK_ROUNDS = 3
 SEED = 1  # of these
 CHEAP = 20  # controllers in turn, where one run is too short to time
-TIMED, QUICK_TIMED = 2.0, 0.2  # [s] of the path that are timed
+TIMED, QUICK_TIMED = 1.0, 0.2  # [s] of the path that are timed
 MODES = 3
 
 
@@ -89,7 +89,7 @@ class LadderConfig(RobotOptions):
     """Replace the run that is there."""
     quick: bool = False
     """Fewer rungs and steps, half a second of open loop, a coarser reference."""
-    rounds: int = 5
+    rounds: int = 10
     """How often each loop is timed, in turn; the least time counts."""
     threads: int | None = None
     """Threads of the motions; all cores unless given. Costs are those of one core."""

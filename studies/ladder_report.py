@@ -30,11 +30,12 @@ Rows = Sequence[Mapping[str, Any]]
 FILES = ("rows.csv", "integrators.csv")
 TARGETS = (1e-3, 1e-4, 1e-5)  # [m] of the verdict
 MICRO = 1e6
-ROUNDING = 1e-9  # of damping ratios: differences of the one-step map leave less
+ROUNDING = 1e-9  # of damping ratios, from differences of the one-step map
 SAFE = 0.95  # of an integrator's limit: longer steps are none to take
 SIZE = (16.0, 8.5)  # [in]
 IN_MUJOCO = ("chain", "untuned", "rod")  # kinds of plants
 MARKERS = {"rigid": "D", "assumed-modes": "o", "printed": "X", "chain": "s", "untuned": "^"}
+CROWDED = ("7", "9", "11", "13", "14", "15")  # segments whose number would cover another
 COLOURS = {"RK4": "#0072B2", "Euler": "#D55E00", "implicitfast": "#E69F00", "discrete": "#009E73"}
 
 
@@ -116,11 +117,7 @@ def rung_table(result: LadderResult) -> Table:
 def integrator_table(rows: Rows) -> Table:
     """Return what each integrator and step does: mode 3, energy, tips, cost."""
     grid = _grid("step", "f3 shift", "zeta3", "energy", "small", "large", "us/ms")
-    last = rows[0]["integrator"]
     for row in rows:
-        if row["integrator"] != last:
-            grid.add_row()
-            last = row["integrator"]
         cells = [row["integrator"], f"{1e3 * row['step']:g}"]
         if row["stable"]:
             figures = row["frequency_shift"][-1], row["damping_ratio"][-1], row["energy_drift"]
@@ -130,7 +127,7 @@ def integrator_table(rows: Rows) -> Table:
             cells += [f"{row['us_per_ms']:.1f}"]
         else:
             cells += ["unstable"]
-        grid.add_row(*cells)
+        grid.add_row(*cells, end_section=row["step"] == rows[-1]["step"])
     return grid
 
 
@@ -162,18 +159,15 @@ def verdict(result: LadderResult) -> str:
             if target < doubt:
                 lines.append(f"{label}the reference does not tell")
                 continue
-            choice = _spoken(cheapest(result.rows, torque, target))
-            chain = _spoken(cheapest(in_mujoco, torque, target))
-            step = _spoken(cheapest(steps, torque, target))
-            lines.append(f"{label}{choice}; in MuJoCo {chain}; steps: {step}")
+            every = (cheapest(some, torque, target) for some in (result.rows, in_mujoco, steps))
+            lines.append(label + "{}; in MuJoCo {}; steps: {}".format(*map(_spoken, every)))
     lines.append(_envelopes(result.rows))
     return "\n".join(lines)
 
 
 def _envelopes(rows: Rows) -> str:
     """Return how far the envelopes tell the rungs apart."""
-    held = [row for row in rows if row["envelope"] is not None]
-    if not held:
+    if not (held := [row for row in rows if row["envelope"] is not None]):
         return "Closed loop: lost on every rung."
     widths = [1e3 * row["envelope"] for row in held]
     shaken = max(1e3 * (row["envelope_high"] - row["envelope_low"]) for row in held)
@@ -221,8 +215,7 @@ def write_report(folder: Path, result: LadderResult) -> None:
 def cost_figure(result: LadderResult, path: Path) -> None:
     """Write the tips' errors over the cost, small and large torques, with their Pareto fronts.
 
-    Args:
-        result: of the study. path: the PNG to write; a file there is replaced.
+    A PNG already there is replaced.
 
     Raises:
         RunError: the file cannot be written.
@@ -239,7 +232,7 @@ def cost_figure(result: LadderResult, path: Path) -> None:
         for name in dict.fromkeys(kind(row["plant"]) for row in result.rows):
             _series(axes, [row for row in result.rows if kind(row["plant"]) == name], torque)
         axes.axhspan(0, doubt, color="0.93")
-        axes.set(xscale="log", yscale="log", title=f"{torque} torques")
+        axes.set(xscale="log", yscale="log", title=f"{torque} torques; n or N beside the marks")
         axes.set_xlabel("us per simulated ms, closed loop, one core")
     panels[0].set_ylabel("tip, rms distance to the reference [m]")
     handles, labels = panels[0].get_legend_handles_labels()
@@ -258,32 +251,36 @@ def _series(axes: Axes, rows: Rows, torque: str) -> None:
     axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=name, **style)
     for row, point in zip(held, points, strict=True):
         size = row["plant"].partition(":")[2]
-        below = name in ("chain", "printed")
-        offset = (-5, -14) if below else (4, 7)
-        axes.annotate(
-            size or name, point, offset, textcoords="offset points", color=colour, size=FONT - 2
-        )
+        if size not in CROWDED or name not in ("chain", "untuned"):
+            left = name == "chain" or row["plant"] == "assumed-modes:3"
+            place = {"xytext": (-8, -5), "ha": "right"} if left else {"xytext": (5, 6)}
+            style = {"color": colour, "size": FONT - 2, "textcoords": "offset points"}
+            axes.annotate(size or name, point, **style, **place)
 
 
 def integrator_figure(rows: Rows, path: Path) -> None:
     """Write the tip's error and mode 3's numerical damping over the step, by integrator.
 
-    Args:
-        rows: of the integrators. path: the PNG to write; a file there is replaced.
+    A PNG already there is replaced.
 
     Raises:
         RunError: the file cannot be written.
     """
     figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
     panels = figure.subplots(1, 3, sharex=True)
-    titles = ("tip, large torques, rms [m]", "mode 3, |frequency shift|", "mode 3, damping ratio")
+    titles = (
+        "tip, large torques, rms [m]",
+        "mode 3, |frequency shift|",
+        "mode 3, |added damping ratio|",
+    )
     for name, colour in COLOURS.items():
         mine = [row for row in rows if row["integrator"] == name and row["stable"]]
         steps = [1e3 * row["step"] for row in mine]
+        damping = [abs(row["damping_ratio"][-1]) for row in mine]
         columns = (
             [row["tip_large"] for row in mine],
             [abs(row["frequency_shift"][-1]) for row in mine],
-            [row["damping_ratio"][-1] for row in mine],
+            [each if each > ROUNDING else np.nan for each in damping],
         )
         broad = {"linewidth": 5, "markersize": 12} if name == "Euler" else {"linewidth": 1.6}
         for axes, values in zip(panels, columns, strict=True):
@@ -294,9 +291,8 @@ def integrator_figure(rows: Rows, path: Path) -> None:
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.xaxis.set_minor_locator(NullLocator())
     panels[2].set_ylim(bottom=1e-10)
-    panels[2].text(
-        0.04, 0.04, "Euler, implicitfast: none", transform=panels[2].transAxes, size=FONT
-    )
+    note = {"transform": panels[2].transAxes, "ha": "right", "size": FONT}
+    panels[2].text(0.97, 0.04, f"not drawn: below {ROUNDING:g}", **note)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
     finish(figure, panels)

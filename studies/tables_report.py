@@ -28,17 +28,9 @@ Row = Mapping[str, Any]
 Rows = Sequence[Row]
 Cases = Sequence[tuple[str, str]]  # trajectory, controllers tuned for
 
-SHOWN = {  # figures in the table, with their headings
-    "envelope": "envelope",
-    "rms_error": "rms error",
-    "max_v": "max |v|",
-    "residual_v": "residual v",
-}
-COLOURS = {  # tuned on; the plants' own, and a third for both
-    "assumed-modes": STYLES["assumed-modes"]["color"],
-    "chain": STYLES["chain"]["color"],
-    "both": "#009E73",
-}
+SHOWN = ("envelope", "rms_error", "max_v", "residual_v")  # in the table
+PLANTS = ("assumed-modes", "chain")
+COLOURS = {plant: STYLES[plant]["color"] for plant in PLANTS} | {"both": "#009E73"}  # tuned on
 MARKERS = {"assumed-modes": "o", "chain": "s", "both": "D"}
 FRAME: dict[str, Any] = {"fill": False, "edgecolor": "#D55E00", "linewidth": 3}
 WIDTH = 16.0  # [in], 1600 px
@@ -85,7 +77,9 @@ def _grid(title: str, texts: Sequence[str], numbers: Sequence[str]) -> Table:
 
 def table_3(rows: Rows, ratios: Rows) -> Table:
     """Return envelopes, errors and v of Figures 3 to 6's cases, in mm, the paper's above ours."""
-    grid = _grid("Table 3 and Figure 6 anew", ["tuned on"], list(SHOWN.values()))
+    grid = _grid(
+        "Table 3 and Figure 6 anew", ["tuned on"], [name.replace("_", " ") for name in SHOWN]
+    )
     row_of, plants = lookup(rows), distinct(rows, "run_on")
     for case in (row for row in ratios if row["tuned_on"] == ratios[0]["tuned_on"]):
         path, devised = case["trajectory"], case["tuned_for"]
@@ -104,10 +98,8 @@ def transfer_table(rows: Rows) -> Table:
     row_of, plants = lookup(rows), distinct(rows, "run_on")
     for devised in distinct(rows, "tuned_for"):
         for i, tuned_on in enumerate(distinct(rows, "tuned_on")):
-            cells = (
-                _pair([row_of(tuned_on, devised, plant, path) for plant in plants], "envelope")
-                for path in paths
-            )
+            mine = ([row_of(tuned_on, devised, plant, path) for plant in plants] for path in paths)
+            cells = (_pair(both, "envelope") for both in mine)
             grid.add_row("" if i else devised, spoken(tuned_on), *cells)
     return grid
 
@@ -193,9 +185,8 @@ def _draw_case(axes: Axes, row: Row, height: float) -> None:
     """Draw one envelope with its number [mm], or a note that it diverged."""
     colour, marker = COLOURS[row["tuned_on"]], MARKERS[row["tuned_on"]]
     if row["diverged"]:
-        place = axes.get_yaxis_transform()
-        text = {"color": colour, "size": FONT - 2, "va": "center", "ha": "right"}
-        axes.text(0.99, height, "diverged", transform=place, **text)
+        axes.text(0.99, height, "diverged", color=colour, size=FONT - 2, va="center", ha="right",
+                  transform=axes.get_yaxis_transform())  # fmt: skip
         return
     value = MM * row["envelope"]
     axes.plot(value, height, marker, color=colour, markersize=10, zorder=3)

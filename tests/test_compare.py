@@ -242,7 +242,7 @@ def test_tip_difference_is_over_what_both_ran() -> None:
         ({"period": float("nan")}, "control period nan s"),
         ({"chain_step": 5e-3}, r"timestep 0\.005 s is too long for RK4"),
         ({"step": 0.02}, r"physics step 0\.02 s is too long for RK4 with 3 modes"),
-        ({"segments": 3}, "segments is 3; give a whole number from 4 to 16"),
+        ({"segments": 2}, "segments is 2; give a whole number from 3 to 16"),
         ({"line": replace(TRAJECTORIES["line"], end=(2.0, 2.0))}, "'line'.*out of reach"),
         ({"robot": Parameters(L=0.2, EI=0.005)}, "out of reach"),
     ],
