@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from flexsim.assumed_modes import RK4_LIMIT
+from flexsim.chain_checks import require_arm, require_masses, require_physical
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
@@ -116,8 +117,8 @@ def load_chain(path: str | Path | None = None, text: str | None = None) -> Chain
         text = _whole(text, Path(path).parent)
     with quiet_warnings():
         model = _compile(path, text, source)
-        _require_arm(model, source)
-        _require_physical(model, source)
+        require_arm(model, source)
+        require_physical(model, source)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         L_R, clamp, root, lengths = _geometry(model, source)
         _require_stable_step(model, source)
@@ -146,7 +147,7 @@ def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
             if path is not None
             else mujoco.MjSpec.from_string(text)
         )
-        _require_masses(spec, source)
+        require_masses(spec, source)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that are checked hereafter
             return spec.compile()
@@ -154,103 +155,6 @@ def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
         raise
     except (ValueError, mujoco.FatalError) as error:
         raise ModelError(f"{source}: not valid MJCF: {' '.join(str(error).split())}") from None
-
-
-def _require_arm(model: mujoco.MjModel, source: str) -> None:
-    """Raise a ModelError unless the model has the elements that the plant addresses by name."""
-    kinds = (
-        ("joint", mujoco.mjtObj.mjOBJ_JOINT, ("joint1", "joint2")),
-        ("site", mujoco.mjtObj.mjOBJ_SITE, ("hub", "tip")),
-        ("motor", mujoco.mjtObj.mjOBJ_ACTUATOR, ("motor1", "motor2")),
-    )
-    for kind, code, names in kinds:
-        for name in names:
-            if mujoco.mj_name2id(model, code, name) < 0:
-                raise ModelError(f"{source}: lacks the {kind} named {name!r}; name it so")
-    for i in range(model.njnt):
-        name = model.joint(i).name
-        if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise ModelError(
-                f"{source}: joint {name!r} is not a hinge; the planar arm has only hinges"
-            )
-    order = [model.joint(i).name for i in range(2)]
-    if order != ["joint1", "joint2"] or model.nv < 3:
-        raise ModelError(
-            f"{source}: its joints are {[model.joint(i).name for i in range(model.njnt)]}; "
-            "the arm needs joint1, joint2, then one hinge or more along the beam"
-        )
-    if model.nu != 2 or [model.actuator(i).name for i in range(2)] != ["motor1", "motor2"]:
-        raise ModelError(f"{source}: needs exactly the actuators motor1 and motor2, in this order")
-    for i in range(2):
-        plain = (
-            model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
-            and model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE
-        )
-        on_joint = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT
-        if not (plain and on_joint and model.actuator_trnid[i, 0] == i):
-            raise ModelError(
-                f"{source}: actuator 'motor{i + 1}' is not a plain motor on joint{i + 1}; "
-                f'write <motor name="motor{i + 1}" joint="joint{i + 1}"/>'
-            )
-    if model.na or model.neq or model.nflex or model.ntendon:
-        raise ModelError(
-            f"{source}: has activations, equalities, flexes or tendons; the arm is a plain chain"
-        )
-    if (model.dof_parentid != np.arange(-1, model.nv - 1)).any():
-        raise ModelError(f"{source}: the bodies branch; every jointed body must carry the next one")
-    for site, joint in (("hub", 1), ("tip", model.njnt - 1)):
-        carrier = model.body_weldid[model.site(site).bodyid[0]]
-        if carrier != model.jnt_bodyid[joint]:
-            raise ModelError(
-                f"{source}: site {site!r} moves with body {model.body(carrier).name!r}; put it on "
-                f"{model.body(model.jnt_bodyid[joint]).name!r}, behind the joint "
-                f"{model.joint(joint).name!r}"
-            )
-
-
-def _require_masses(spec: mujoco.MjSpec, source: str) -> None:
-    """Raise a ModelError for a negative mass or inertia, which MuJoCo would compile as zero."""
-    for body in spec.bodies:
-        if body.mass < 0 or min(body.inertia) < 0:
-            raise ModelError(
-                f"{source}: body {body.name!r} has mass {body.mass:g} and inertia "
-                f"{' '.join(f'{value:g}' for value in body.inertia)}; give 0 or more"
-            )
-
-
-def _require_physical(model: mujoco.MjModel, source: str) -> None:
-    """Raise a ModelError unless masses, inertias, springs and dampers are finite and not negative.
-
-    MuJoCo itself takes a nan with no more than a warning.
-    """
-    checked = (
-        ("joint", "stiffness", model.jnt_stiffness),
-        ("joint", "damping", model.dof_damping),
-        ("joint", "armature", model.dof_armature),
-        ("joint", "friction loss", model.dof_frictionloss),
-        ("body", "mass", model.body_mass),
-        ("body", "inertia", model.body_inertia.min(axis=1)),
-    )
-    for kind, quantity, values in checked:
-        for i, value in enumerate(values):
-            if not 0 <= value < np.inf:
-                name = getattr(model, kind)(i).name
-                raise ModelError(
-                    f"{source}: {kind} {name!r} has {quantity} {value:g}; "
-                    "give a finite number, 0 or more"
-                )
-    if not 0 < model.opt.timestep < np.inf:
-        raise ModelError(f"{source}: timestep is {model.opt.timestep:g} s; give more than 0")
-    for quantity, values in (
-        ("pos", model.body_pos),
-        ("inertial pos", model.body_ipos),
-        ("joint pos", model.jnt_pos),
-        ("joint axis", model.jnt_axis),
-        ("gear", model.actuator_gear),
-        ("springref", model.qpos_spring),
-    ):
-        if not np.isfinite(values).all():
-            raise ModelError(f"{source}: a {quantity} is not a finite number; check that attribute")
 
 
 def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, Array]:

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexsim.chain import POSES, STEP_LIMITS, _require_masses, _require_physical, mass_matrix
+from flexsim.chain import POSES, STEP_LIMITS, mass_matrix
+from flexsim.chain_checks import require_masses, require_physical
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
@@ -104,7 +105,7 @@ def load_rod(path: str | Path | None = None, text: str | None = None) -> RodMode
         _require_rod(model, source)
         if spec.flexes[0].section != mujoco.mjtFlexSection.mjFLEXSECTION_CIRCLE:
             raise ModelError(f"{source}: give the rod a round section and its EI by young")
-        _require_physical(model, source)
+        require_physical(model, source)
         for flag in (mujoco.mjtDisableBit.mjDSBL_AUTORESET, mujoco.mjtDisableBit.mjDSBL_WARMSTART):
             model.opt.disableflags |= flag
         L_R, clamp, vertices = _geometry(model, source)
@@ -118,7 +119,7 @@ def load_rod(path: str | Path | None = None, text: str | None = None) -> RodMode
 def _compile(text: str, source: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     try:
         spec = mujoco.MjSpec.from_string(text)
-        _require_masses(spec, source)
+        require_masses(spec, source)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that are checked hereafter
             return spec, spec.compile()

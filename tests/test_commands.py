@@ -100,7 +100,7 @@ def test_references_for_the_true_tip(run: Path) -> None:
         if setting == "none" and how == "true tip":
             assert width < TRUE_TIP_SHARE * envelope[path, setting, plant, "mirrored tip"]
     for row in rows:  # friction's dead zone is what limits it
-        assert (float(row["dead_zone_error"]) > 0.005) == (row["setting"] == "print")
+        assert (float(row["dead_zone_error"]) > 0.004) == (row["setting"] == "print")
 
 
 def test_force_replaces_a_run_only(run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -149,7 +149,9 @@ def test_an_edited_file_moves_otherwise(plant: str, tmp_path: Path) -> None:
     assert np.abs(heavy["theta1"]).max() < 0.9 * np.abs(usual["theta1"]).max()
 
 
-@pytest.mark.parametrize("plant", ["rigid", "assumed-modes:5", "printed", "chain:4", "untuned:8", "rod:8"])
+@pytest.mark.parametrize(
+    "plant", ["rigid", "assumed-modes:5", "printed", "chain:4", "untuned:8", "rod:8"]
+)
 def test_every_rung_can_be_driven(plant: str, tmp_path: Path) -> None:
     """All of them are one robot: after 0.1 s their tips are within the beam's deflection."""
     torque = trial_torque(1.0, duration=0.1)
