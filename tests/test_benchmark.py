@@ -41,6 +41,7 @@ def test_least_cost_is_that_of_the_best_round(monkeypatch: pytest.MonkeyPatch) -
         return simulated
 
     monkeypatch.setattr("studies.benchmark.time.perf_counter", lambda: now)
+    monkeypatch.setattr("studies.benchmark.TURN", 0.0)
     cost = least_cost({"a": lambda: loop("a", 10), "b": lambda: loop("b", 20)}, rounds=3)
     assert cost == pytest.approx({"a": 2.0, "b": 5.0}, rel=COUNTED)  # us per ms
     assert order == ["a", "b"] * 4  # once to compile, then in turn
