@@ -12,13 +12,13 @@ acceleration by some 0.1 s, and is found in the frequency domain, over the whole
 once. Newton's iteration with that inverse then takes in all of the plant's nonlinear terms.
 
 What is left is the loop's own error, C^-1 times the torque. With the filters given, it is added to
-the reference as well. Friction's dead zone remains: `dead_zone_error` says how much that is.
+the reference as well. Friction's dead zone remains, `feedforward.dead_zone_error` says how much,
+unless the reference also carries a dither.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -28,19 +28,18 @@ from numpy.typing import NDArray
 from flexsim import printed
 from flexsim.compiled import compiled
 from flexsim.errors import ParameterError
+from flexsim.feedforward import Filters, dithered_torque, errors_for, motor_torque
 from flexsim.friction import Friction
 from flexsim.linear import LinearPlant, linearise
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
 from flexsim.trajectories import Reference
 
 Array = NDArray[np.float64]
-Filters = Sequence[tuple[Array, Array]]
 
 REST = 0.6  # [s] of rest put before and after, e^(-54 x 0.6) = 1e-14
 ITERATIONS = 30
 CONVERGED = 1e-9  # [m] last change of v
 ON_AXIS = 1e-6  # relative: a zero so close to the imaginary axis has no bounded inverse
-NOTHING = 1e-9  # relative to its largest: a filter's response that cannot be inverted
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +67,7 @@ def shaped_reference(
     filters: Filters | None = None,
     friction: Friction | None = None,
     v_gain: float = -1.0,
+    dither: bool = False,
 ) -> Reference:
     """Return the reference whose joint angles make the true tip follow, for any controller.
 
@@ -77,75 +77,38 @@ def shaped_reference(
             slightly off.
         filters: ((b1, a1), (b2, a2)); if given, the errors that make them give the motion's
             torque are added, and the reference serves these controllers only.
-        friction: whose joint friction that torque overcomes; its dead zone it cannot.
+        friction: whose joint friction that torque overcomes; its dead zone needs the dither.
         v_gain: factor of atan(v/(r+L)) in the loop's measurement, -1 in the paper.
+        dither: whether to add the tone that carries the torque through the dead zone.
 
     Returns:
         A reference of the same times, `lead` longer; its tip is the true path.
 
     Raises:
         ParameterError: lead is negative or not finite, the inversion does not exist or converge,
-            or a filter cannot be inverted.
+            a filter cannot be inverted, or there is a dither but no filters or friction.
     """
     period = float(reference.time[1] - reference.time[0])
     if not 0 <= lead < math.inf:
         raise ParameterError(f"lead is {lead} s; give 0 or more")
+    if dither and (filters is None or friction is None):
+        raise ParameterError("a dither needs the filters it passes and the friction it overcomes")
     extra = round(lead / period)
     motion = true_tip_motion(reference, plant, max(REST, lead))
     joint = motion.q[:, :2].copy()
     joint[:, 1] += v_gain * np.arctan(motion.v / plant.parameters.reach)
-    if filters is not None:
-        joint += _errors_for(filters, motion.torque + _friction_torque(friction, motion, period))
     first = int(np.searchsorted(motion.time, -(extra + 0.5) * period))
+    if filters is not None:
+        law = friction or Friction("none")
+        rates = _rates(motion.q[:, :2], period)[0]
+        if dither:
+            torque = dithered_torque(law, motion.torque, rates, period, first)
+        else:
+            torque = motor_torque(law, motion.torque, rates)
+        joint += errors_for(filters, torque)
     count = extra + len(reference.time)
     tip = np.pad(reference.tip, ((extra, 0), (0, 0)), mode="edge")
     return Reference(period * np.arange(count, dtype=float), tip, joint[first : first + count])
-
-
-def _friction_torque(friction: Friction | None, motion: TrueTipMotion, period: float) -> Array:
-    """Return the torque (K, 2) that friction 'joint' takes from the motion; else 0 [N m]."""
-    if friction is None or friction.law != "joint":  # (47) on the torque has no inverse
-        return np.zeros_like(motion.torque)
-    w = _rates(motion.q[:, :2], period)[0]
-    return np.array(friction.tau_0) * np.tanh(w / friction.speed) + np.array(friction.mu) * w
-
-
-def _errors_for(filters: Filters, torque: Array) -> Array:
-    """Return the errors (K, 2) [rad] that make two filters give a torque (K, 2), at rest outside.
-
-    Raises:
-        ParameterError: a filter lets a frequency through by less than NOTHING of its most.
-    """
-    shift = np.exp(-2j * np.pi * np.fft.rfftfreq(len(torque)))  # z^-1
-    errors = np.empty_like(torque)
-    for j, (b, a) in enumerate(filters):
-        above, below = np.polyval(b[::-1], shift), np.polyval(a[::-1], shift)
-        if np.abs(above).min() <= NOTHING * np.abs(above).max():
-            raise ParameterError(
-                f"the filter of joint {j + 1} passes nothing at some frequency, so it has no "
-                "inverse; leave the filters out, or add a proportional part"
-            )
-        errors[:, j] = np.fft.irfft(np.fft.rfft(torque[:, j]) * below / above, n=len(torque))
-    return errors
-
-
-def dead_zone_error(filters: Filters, friction: Friction) -> Array:
-    """Return the joint errors (2,) at rest that friction's dead zone hides from the motors [rad].
-
-    The larger end of each dead zone over the filter's gain at zero frequency; 0 with an
-    integrator. Times r + L, the second is about what no reference can take off the tip's error.
-
-    Raises:
-        ParameterError: a filter passes no constant error.
-    """
-    hidden = np.zeros(2)
-    for j, (b, a) in enumerate(filters):
-        if np.sum(b) == 0:
-            raise ParameterError(f"the filter of joint {j + 1} passes no constant error")
-        if friction.law != "none":
-            hidden[j] = max(-friction.dead_zone[j][0], friction.dead_zone[j][1])
-            hidden[j] *= abs(np.sum(a) / np.sum(b))
-    return hidden
 
 
 def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> TrueTipMotion:

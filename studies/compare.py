@@ -25,6 +25,7 @@ from rich.progress import Progress
 from controllers import TABLE_2, TUNED, Controller, Gains
 from flexsim.closed_loop import whole_substeps
 from flexsim.errors import ParameterError
+from flexsim.feedforward import dead_zone_error
 from flexsim.metrics import measures
 from flexsim.motion import Motion
 from flexsim.parameters import Parameters
@@ -35,7 +36,7 @@ from flexsim.settings import setting
 from flexsim.simulate import closed_loop
 from flexsim.traces import CHAIN
 from flexsim.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
-from flexsim.true_tip import dead_zone_error, shaped_reference
+from flexsim.true_tip import shaped_reference
 from studies.compare_report import Comparison, print_report, write_report
 from studies.figures import paper_envelopes
 from studies.robot_options import RobotOptions
@@ -53,6 +54,8 @@ CASES = (  # trajectory, controllers devised for
     ("circle", "circle"),
     ("line", "two-loop"),  # Figure 6
 )
+MIRRORED, TRUE_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
+FILE_OF = {MIRRORED: "plain", TRUE_TIP: "true_tip", DITHERED: "true_tip_dithered"}
 MEDIANS = ("envelope", "max_error", "rms_error", "max_v", "residual_v", "index")
 
 
@@ -109,7 +112,7 @@ class Task:
     setting: str
     name: str
     group: str = "ours"
-    shaped: bool = False
+    reference: str = MIRRORED
 
 
 def tasks(config: CompareConfig) -> list[Task]:
@@ -141,20 +144,24 @@ def tasks(config: CompareConfig) -> list[Task]:
 
 
 def true_tip_tasks(paths: dict[str, Trajectory], setting_name: str) -> list[Task]:
-    """Return plain and shaped runs on each path: without friction, then under our setting."""
+    """Return runs on every kind of reference: without friction, then under our setting.
+
+    A dither is for friction only.
+    """
     return [
         Task(
             paths[path],
             f"tuned {path}",
             TUNED[path],
             name,
-            f"{'true_tip' if shaped else 'plain'}_{name}_{path}",
+            f"{FILE_OF[kind]}_{name}_{path}",
             group="true tip",
-            shaped=shaped,
+            reference=kind,
         )
         for name in dict.fromkeys(("none", setting_name))
         for path in paths
-        for shaped in (False, True)
+        for kind in FILE_OF
+        if kind != DITHERED or setting(name).friction.law != "none"
     ]
 
 
@@ -187,8 +194,9 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str,
     ref = reference(task.trajectory, plant.parameters, config.period)
     chosen = setting(task.setting)
     nominal = task.controller.filters(config.period)
-    if task.shaped:
-        ref = shaped_reference(ref, plant, filters=nominal, friction=chosen.friction)
+    if task.reference != MIRRORED:
+        dither = task.reference == DITHERED
+        ref = shaped_reference(ref, plant, filters=nominal, friction=chosen.friction, dither=dither)
     motion = closed_loop(plant, chosen, ref, [nominal], RECORDED_EVERY, threads=config.threads)[0]
     rng = np.random.default_rng(config.seed)
     controllers = perturbed(task.controller, config.perturbations, rng)
@@ -201,7 +209,7 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[dict[str,
         "plant": plant.name,
         "setting": task.setting,
         "group": task.group,
-        "reference": "true tip" if task.shaped else "mirrored tip",
+        "reference": task.reference,
         **summary(figures),
     }
     simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
@@ -264,13 +272,16 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
             motions[plant.name] = motion
             if progress and bar is not None:
                 progress.advance(bar)
+        label = task.label
+        if task.group == "true tip":
+            label += f" (reference: {task.reference})"
         difference = tip_difference(*motions.values())
         rows[-1]["tip_difference"] = rows[-2]["tip_difference"] = difference
         cases.append(
             Case(
                 task.name,
                 task.trajectory.name,
-                task.label,
+                label,
                 task.setting,
                 motions,
                 drawn_model(plants[task.setting]),

@@ -44,11 +44,11 @@ def write_report(folder: Path, config: Any, result: Comparison) -> None:
     write_recording(folder / "run.rrd", result.cases, about, result.robot.parameters)
 
 
-def _mm(value: float | None) -> str:
-    """Return a length in mm, to the tenth below 100."""
+def _mm(value: float | None, digits: int = 1) -> str:
+    """Return a length in mm, without decimals from 100 on."""
     if value is None:
         return "-"
-    return f"{1e3 * value:.1f}" if abs(value) < 0.1 else f"{1e3 * value:.0f}"
+    return f"{1e3 * value:.{digits if abs(value) < 0.1 else 0}f}"
 
 
 def table(rows: list[dict[str, Any]], title: str) -> Table:
@@ -74,30 +74,31 @@ def table(rows: list[dict[str, Any]], title: str) -> Table:
 
 
 def true_tip_table(rows: list[dict[str, Any]]) -> Table:
-    """Return envelopes with and without shaping, and what the dead zone of joint 2 hides, in mm."""
-    title = "References for the true tip: envelope half-width"
+    """Return envelopes by kind of reference, and what the dead zone of joint 2 hides, in mm."""
+    title = "References for the true tip: envelope half-width, and its share of the first"
     grid = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
-    grid.add_column("trajectory, setting", no_wrap=True)
-    for heading in ("plain", "true tip", "ratio", "dead zone"):
+    grid.add_column("trajectory, setting; reference", no_wrap=True)
+    for heading in ("envelope", "share", "dead zone"):
         grid.add_column(heading, justify="right", no_wrap=True)
-    for k in range(0, len(rows), 4):
-        plain, shaped = rows[k : k + 2], rows[k + 2 : k + 4]
-        ratios = [
-            "-"
-            if None in (a["envelope"], b["envelope"])
-            else f"{b['envelope'] / a['envelope']:.2f}"
-            for a, b in zip(plain, shaped, strict=True)
-        ]
-        grid.add_row(
-            f"{plain[0]['trajectory']}, {plain[0]['setting']}",
-            " | ".join(_mm(row["envelope"]) for row in plain),
-            " | ".join(
-                f"{1e3 * row['envelope']:.2f}" if row["envelope"] else "-" for row in shaped
-            ),
-            " | ".join(ratios),
-            _mm(plain[0]["dead_zone_error"]),
-        )
+    cases: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for row in rows:
+        cases.setdefault((row["trajectory"], row["setting"]), []).append(row)
+    for case, mine in cases.items():
+        plain, *others = (mine[k : k + 2] for k in range(0, len(mine), 2))  # a pair per reference
+        grid.add_row(", ".join(case), "", "", _mm(plain[0]["dead_zone_error"]))
+        for pair in (plain, *others):
+            width = " | ".join(_mm(row["envelope"], 2) for row in pair)
+            share = "" if pair is plain else _shares(pair, plain)
+            grid.add_row(f"  {pair[0]['reference']}", width, share, "")
     return grid
+
+
+def _shares(pair: list[dict[str, Any]], plain: list[dict[str, Any]]) -> str:
+    """Return the envelopes of two plants as shares of those on plain references."""
+    return " | ".join(
+        "-" if None in (a["envelope"], b["envelope"]) else f"{a['envelope'] / b['envelope']:.2f}"
+        for a, b in zip(pair, plain, strict=True)
+    )
 
 
 def verdict(rows: list[dict[str, Any]]) -> str:
