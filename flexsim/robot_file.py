@@ -132,7 +132,9 @@ class Robot:
         chain = self._chain(setting)
         if chain is None:
             own = self._parameters(setting)
-            return ChainPlant.designed(own, segments or SEGMENTS, step, tuned, name)
+            return ChainPlant.designed(
+                own, SEGMENTS if segments is None else segments, step, tuned, name
+            )
         for what, value, its in (
             ("segments", segments, len(chain.lengths)),
             ("step", step, chain.step),

@@ -13,6 +13,7 @@ from its recorded generations alone.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -20,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.errors import ParameterError
+from flexsim.errors import ParameterError, RunError
 from studies.distributions import Distribution
 
 Array = NDArray[np.float64]
@@ -255,6 +256,26 @@ def next_generation(
     )
 
 
+def check_recorded(recorded: Sequence[Generation], survivors: int) -> None:
+    """Refuse generations that are not of one search: each begins with the best of the one before.
+
+    Raises:
+        RunError: one does not.
+    """
+    for last, new in itertools.pairwise(recorded):
+        kept = ranking(last.indices)[:survivors]
+        for before, after in (
+            (last.population, new.population),
+            (last.indices, new.indices),
+            (last.diverged, new.diverged),
+        ):
+            if not np.array_equal(before[kept], after[:survivors], equal_nan=True):
+                raise RunError(
+                    f"generation {new.number} as recorded does not begin with the best of the one "
+                    "before"
+                )
+
+
 def run_genetic(
     evaluate: Evaluate,
     distribution: Distribution,
@@ -271,7 +292,11 @@ def run_genetic(
         settings, seed: as named.
         on_generation: called with every new generation.
         resume_from: the first generations of the same search, which are not evaluated again.
+
+    Raises:
+        RunError: they are not of one search.
     """
+    check_recorded(resume_from, settings.survivors)
     done = list(resume_from)
     while True:
         stalled = has_stalled([float(each.indices.min()) for each in done], settings.patience)

@@ -7,7 +7,9 @@ import importlib
 import io
 import os
 import re
+import signal
 import sys
+import threading
 
 import tyro
 
@@ -38,7 +40,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     ),
     "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
 }
-INTERRUPTED = 130  # the shell's status for Ctrl-C
+INTERRUPTED, TERMINATED = 130, 143  # the shell's status for Ctrl-C and SIGTERM
 
 
 def usage() -> str:
@@ -65,6 +67,10 @@ def _interrupted() -> int:
     return INTERRUPTED
 
 
+def _terminated(*_: object) -> None:
+    raise SystemExit(TERMINATED)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; return 0, or 2 after one line on stderr."""
     words = sys.argv[1:] if arguments is None else arguments
@@ -74,6 +80,8 @@ def main(arguments: list[str] | None = None) -> int:
     name, rest = words[0], words[1:]
     if name not in COMMANDS:
         return _complain(f"command {name!r} is unknown; choose one of {', '.join(COMMANDS)}")
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _terminated)  # so that half a run's folder is cleared away
     module_name, class_name, _ = COMMANDS[name]
     complaint = io.StringIO()
     try:

@@ -133,6 +133,8 @@ def cases(config: PidQuestionConfig) -> list[Case]:
             raise ParameterError(f"plant {plant!r} is unknown; choose from {', '.join(PLANTS)}")
     if config.seeds < 1:
         raise ParameterError(f"seeds is {config.seeds}; give 1 or more")
+    if config.chain_generations < 1:
+        raise ParameterError(f"chain generations is {config.chain_generations}; give 1 or more")
     if not 0 <= config.seed <= SEED_MOST - config.seeds + 1:
         raise ParameterError(f"seed is {config.seed}; give 0 to {SEED_MOST - config.seeds + 1}")
     if config.threads is not None and not 1 <= config.threads <= thread_count():

@@ -73,13 +73,13 @@ class ScreeningConfig(RobotOptions):
     def tuning(self, seed: int, screen: int) -> Tuning:
         """Return one search of the study, which never stops early."""
         quick = self.quick
-        generations = QUICK_GENERATIONS if quick else self.generations
+        generations = min(self.generations, QUICK_GENERATIONS) if quick else self.generations
         return Tuning(
             trajectory=self.trajectory,
             plant=self.plant,
             setting=self.setting,
             distribution=self.distribution,
-            population=QUICK_POPULATION if quick else self.population,
+            population=min(self.population, QUICK_POPULATION) if quick else self.population,
             generations=generations,
             patience=max(1, generations),
             screen=screen,
@@ -184,7 +184,8 @@ def run(config: ScreeningConfig, progress: Progress | None = None) -> ScreeningR
         raise ParameterError(f"seeds is {config.seeds}; give 1 or more")
     if config.screen < 2:
         raise ParameterError(f"screen is {config.screen}; give 2 or more candidates")
-    seeds = range(config.seed, config.seed + (QUICK_SEEDS if config.quick else config.seeds))
+    count = min(config.seeds, QUICK_SEEDS) if config.quick else config.seeds
+    seeds = range(config.seed, config.seed + count)
     pairs = [config.tuning(seed, screen) for seed in seeds for screen in (0, config.screen)]
     settings: GeneticSettings = pairs[0].genetic
     total = len(pairs) * settings.generations

@@ -51,8 +51,8 @@ QUICK_POINTS = 11
 class StabilityConfig(RobotOptions):
     """Poles, margins and regions of stability near rest, without simulating."""
 
-    trajectory: str = "circle"
-    """Poses: smallest, middle, largest theta2 of this trajectory (line, two-loop, circle)."""
+    trajectory: str | None = None
+    """Poses: smallest, middle, largest theta2 of line, two-loop or circle; circle unless given."""
     theta2: tuple[float, ...] = ()
     """Poses instead of the trajectory's [rad]."""
     plant: str = "both"
@@ -114,6 +114,12 @@ def _check(config: StabilityConfig) -> None:
         plant_kind(config.plant)  # refuses what is none
     if not config.controllers:
         raise ParameterError("no controllers given; name one or more with --controllers")
+    if config.theta2 and config.trajectory:
+        raise ParameterError("--theta2 and --trajectory contradict each other; give one of them")
+    if not all(map(math.isfinite, config.theta2)):
+        raise ParameterError(f"theta2 is {config.theta2}; give finite angles [rad]")
+    if config.torque_gain and not all(0 < gain < math.inf for gain in config.torque_gain):
+        raise ParameterError(f"torque gain is {config.torque_gain}; give finite ones above 0")
     if not 0 <= config.slack < math.inf:
         raise ParameterError(f"slack is {config.slack} 1/s; give 0 or more")
     if config.map_points < 0 or config.map_points == 1 or config.screen < 0:
@@ -132,7 +138,9 @@ def poses_of(config: StabilityConfig) -> list[float]:
     if config.theta2:
         found = list(config.theta2)
     else:
-        path = trajectory(config.trajectory, reconstructed=config.setting == "reconstructed")
+        path = trajectory(
+            config.trajectory or "circle", reconstructed=config.setting == "reconstructed"
+        )
         found = extreme_poses(reference(path, config.robot_of().parameters, PERIOD))
     return [found[len(found) // 2]] if config.quick else found
 

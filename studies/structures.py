@@ -33,6 +33,7 @@ Filters = tuple[Filter, Filter]
 CONTROLLERS = ("fractional", "pid")
 TEXTBOOK = "textbook"
 MS_PER_S = 1000.0
+TERMS_MOST = 5000  # a run has no more samples that an operator could look back upon
 DERIVATIVE_PAIRS = ((0, 1), (2, 3), (5, 6), (7, 8))  # positions of a gain and its order
 SI_NAMES = tuple(f"{NAMES[k]}_si" for k, _ in DERIVATIVE_PAIRS)  # of the gains that change
 
@@ -110,6 +111,8 @@ class Structure:
                 raise ParameterError(
                     f"{label} {value!r} is unknown; choose one of {', '.join(known)}"
                 )
+        if self.terms > TERMS_MOST:
+            raise ParameterError(f"terms is {self.terms}; give {TERMS_MOST} at most")
         if self.realisation == TEXTBOOK:
             if self.controller != "pid":
                 raise ParameterError("realisation 'textbook' is of integer orders; give a pid")

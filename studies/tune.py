@@ -28,7 +28,6 @@ from flexsim.robots import ChainPlant
 from flexsim.simulate import thread_count
 from studies import tune_folder, tune_report
 from studies.genetic import Generation, OnGeneration, Search
-from studies.peers import peer_generations
 from studies.robot_options import ROBOT_FILE, print_differences
 from studies.screening_draws import Screened, screened
 from studies.structures import TEXTBOOK
@@ -131,7 +130,8 @@ def tuning_of(config: TuneConfig) -> Tuning:
     values = given(config)
     tuning = Tuning(**values)
     textbook = tuning.realisation == TEXTBOOK
-    kind = tuning.plant.partition(":")[0]
+    kind, _, size = tuning.plant.partition(":")
+    sized = f"{tuning.plant} has its own number"
     for name, useless, reason in (
         ("terms", textbook, "the textbook realisation has no series to cut"),
         ("filter_time", not textbook, "only the textbook realisation has one"),
@@ -142,6 +142,8 @@ def tuning_of(config: TuneConfig) -> Tuning:
         ("modes", kind in ("chain", "untuned", "rod", "rigid"), f"the {kind} plant has none"),
         ("segments", kind in ("assumed-modes", "printed", "rigid"), f"the {kind} plant has none"),
     ):
+        if name in values and size and name in ("modes", "segments"):
+            useless, reason = useless or str(values[name]) != size, sized
         if name in values and useless:
             raise ParameterError(f"--{name.replace('_', '-')} has no effect: {reason}")
     return tuning
@@ -161,8 +163,8 @@ def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
     return texts
 
 
-def begin(config: TuneConfig) -> tuple[Path, Record, Problem]:
-    """Return a new run, its folder made when all else is known to be right."""
+def begin(config: TuneConfig) -> tuple[Record, Problem]:
+    """Return a new run, its folder config.out made when all else is known to be right."""
     tuning = tuning_of(config)
     given_draws = distribution_for(tuning)
     check_threads(config.threads)
@@ -171,18 +173,16 @@ def begin(config: TuneConfig) -> tuple[Path, Record, Problem]:
     draws = screened(tuning, given_draws, problem)
     folder = config.out or DEFAULT_OUT
     tune_folder.start(folder, config.force, tuning, draws, texts_of(tuning, problem, robot))
-    return folder, Record(tuning, draws, [], len(tune_folder.HEADER)), problem
+    return Record(tuning, draws, [], len(tune_folder.HEADER)), problem
 
 
-def take_up(config: TuneConfig, folder: Path) -> tuple[Path, Record, Problem]:
+def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     """Return a run to be continued, cut to its last complete generation.
 
     Raises:
         ParameterError: options that contradict it.
         RunError: the folder cannot be continued; it is left as it was.
     """
-    if config.out is not None or config.force:
-        raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
     record = tune_folder.read(folder)
     for name, value in given(config).items():
         its = getattr(record.tuning, name)
@@ -198,7 +198,7 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Path, Record, Problem]:
     tune_folder.check_texts(folder, texts_of(record.tuning, problem, robot))
     draws = screened(record.tuning, record.draws, problem)
     tune_folder.cut(folder, record.size)
-    return folder, dataclasses.replace(record, draws=draws), problem
+    return dataclasses.replace(record, draws=draws), problem
 
 
 def check_threads(threads: int | None) -> None:
@@ -212,9 +212,7 @@ def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
     """Give a function that shows each new generation on the terminal."""
     console = Console(stderr=True)
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}"))
-    tuning, genetic = record.tuning, record.tuning.genetic
-    peer = tuning.tuner != "genetic"
-    most = peer_generations(genetic) if peer else genetic.generations
+    most = tune_folder.most_generations(record.tuning)
     best = min((float(each.indices.min()) for each in record.generations), default=float("inf"))
     ran, started = 0, time.perf_counter()
     with Progress(
@@ -257,7 +255,7 @@ def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
 
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
-        if kept > len(record.generations) or not (folder / tune_report.RESULT).is_file():
+        if not tune_report.is_concluded(folder, search, len(problem.scenarios)):
             tune_report.conclude(folder, search, tuning, len(problem.scenarios))
     except KeyboardInterrupt:
         print(
@@ -271,11 +269,13 @@ def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
 
 def command(config: TuneConfig) -> None:
     """Run the tuner, from the start or on, and write its folder."""
-    if config.resume is None:
-        folder, record, problem = begin(config)
-    else:
-        folder, record, problem = take_up(config, config.resume)
-    search = carry_out(folder, record, problem)
+    if config.resume and (config.out or config.force):
+        raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
+    begun = None if config.resume else begin(config)
+    folder = config.resume or config.out or DEFAULT_OUT
+    with tune_folder.locked(folder):
+        record, problem = begun or take_up(config, folder)
+        search = carry_out(folder, record, problem)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
         more = {"screened": vars(tally)} if tally else {}

@@ -17,19 +17,25 @@ import hashlib
 import importlib.metadata
 import json
 import os
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+if sys.platform != "win32":
+    import fcntl
+
 from flexsim.errors import FlexsimError, RunError
 from studies.distributions import NAMES, Distribution, draw_of
-from studies.genetic import Generation
+from studies.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation
+from studies.peers import peer_generations
 from studies.run_folder import CONFIG, run_folder, versions, write_config
 from studies.structures import DERIVATIVE_PAIRS, SI_NAMES, in_si
-from studies.tuning import Tuning
+from studies.tuning import TUNERS, Tuning
 
 GENERATIONS = "generations.csv"
 COLUMNS = (
@@ -41,6 +47,7 @@ COLUMNS = (
     "index",
     "diverged_at",
 )
+ORIGINS = {SURVIVOR, INITIAL, MUTANT, CROSSOVER, FRESH, *TUNERS}
 HEADER = (",".join(COLUMNS) + "\n").encode()
 DECIDES = (  # sources that a result depends on
     "flexsim/*.py",
@@ -94,6 +101,31 @@ def _versions() -> dict[str, str]:
     return versions() | {"cma": importlib.metadata.version("cma"), "sources": _sources()}
 
 
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder; a killed process gives it up at once.
+
+    Raises:
+        RunError: there is no such folder, or another process runs in it.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder} is not a run: there is no such folder")
+    if sys.platform == "win32":  # where folders cannot be locked
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RunError(
+                f"{folder} is at work in another process; wait for it, or end it first"
+            ) from None
+        yield
+    finally:
+        os.close(handle)
+
+
 def start(
     out: Path, force: bool, tuning: Tuning, draws: Distribution, texts: Mapping[str, str]
 ) -> None:
@@ -104,8 +136,11 @@ def start(
         texts: files to keep beside, such as the MJCF, by name.
 
     Raises:
-        RunError: as `run_folder`.
+        RunError: as `run_folder`; or a run to be replaced is still at work.
     """
+    if force and out.is_dir():
+        with locked(out):
+            pass
     with run_folder(out, force) as folder:
         write_config(folder, tuning, distribution=draws.table(), units=UNITS, versions=_versions())
         for name, text in texts.items():
@@ -156,27 +191,33 @@ def cut(folder: Path, size: int) -> None:
 
 def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
     """Return what a run depends on, from its config.json."""
+    damaged = f"{folder / CONFIG} is damaged or not of flexsim tune"
     try:
         content = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
-        before, names = content["versions"], {item.name for item in dataclasses.fields(Tuning)}
-        values, table = content["configuration"], content["distribution"]
+        before, values, table = (
+            dict(content[key]) for key in ("versions", "configuration", "distribution")
+        )
     except OSError as error:
         raise RunError(f"{folder} is not a run: cannot read {CONFIG}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
-        raise RunError(f"{folder / CONFIG} is damaged or not of flexsim tune") from None
+        raise RunError(damaged) from None
     for package, now in _versions().items():
         if package != "platform" and before.get(package) != now:
             raise RunError(
                 f"{folder} was made with {package} {before.get(package)}, this is {now}: the "
                 "result would not be the same; start a new run"
             )
-    if not isinstance(values, dict) or set(values) != names or set(table) != set(NAMES):
-        raise RunError(f"{folder / CONFIG} is damaged or not of flexsim tune")
+    if set(values) != {item.name for item in dataclasses.fields(Tuning)} or set(table) != set(
+        NAMES
+    ):
+        raise RunError(damaged)
     try:
         tuning = Tuning(**values | {"weights": tuple(values["weights"])})
         draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
-    except (FlexsimError, TypeError, ValueError) as error:
+    except FlexsimError as error:
         raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None
+    except (TypeError, ValueError, AttributeError):
+        raise RunError(damaged) from None
     return tuning, draws
 
 
@@ -188,7 +229,10 @@ def _generation(lines: list[str], number: int) -> Generation:
     """
     table = list(csv.DictReader(lines, fieldnames=COLUMNS, strict=True))
     for i, row in enumerate(table):
-        if row["generation"] != str(number) or row["individual"] != str(i):
+        whole = None not in row and None not in row.values()  # as many fields as columns
+        if not whole or (row["generation"], row["individual"]) != (str(number), str(i)):
+            raise ValueError
+        if row["origin"] not in ORIGINS or np.isnan(float(row["index"])):
             raise ValueError
     return Generation(
         number,
@@ -197,6 +241,13 @@ def _generation(lines: list[str], number: int) -> Generation:
         np.array([float(row["index"]) for row in table]),
         np.array([float(row["diverged_at"] or "nan") for row in table]),
     )
+
+
+def most_generations(tuning: Tuning) -> int:
+    """Return how many generations a run has at most."""
+    if tuning.tuner == "genetic":
+        return tuning.generations
+    return peer_generations(tuning.genetic)
 
 
 def read(folder: Path) -> Record:
@@ -214,7 +265,9 @@ def read(folder: Path) -> Record:
     if not content.startswith(HEADER):
         raise RunError(f"{path} is damaged: its first line is not the header")
     lines = content[len(HEADER) :].split(b"\n")[:-1]  # what follows the last newline is torn
-    size, done = len(HEADER), []
+    size, done, most = len(HEADER), [], most_generations(tuning)
+    if len(lines) > most * tuning.population:
+        raise RunError(f"{path} is damaged: it has more than the run's {most} generations")
     for number in range(len(lines) // tuning.population):
         block = lines[number * tuning.population : (number + 1) * tuning.population]
         try:

@@ -26,6 +26,8 @@ from studies.tuning import Tuning
 Array = NDArray[np.float64]
 
 RESULT = "result.json"
+TABLE, RECORDING = "convergence.csv", "convergence.rrd"
+FIGURE = "figures/convergence.png"
 SIZE = (16.0, 9.0)  # [in], 1600 px wide
 BEST, MEDIAN, STABLE = "#0072B2", "#E69F00", "#009E73"  # Okabe and Ito's
 
@@ -124,6 +126,17 @@ def described(tuning: Tuning) -> str:
     )
 
 
+def is_concluded(folder: Path, search: Search, scenarios: int) -> bool:
+    """Return whether a run's folder has all that `conclude` writes; the result comes last."""
+    if any(not (folder / name).is_file() for name in (TABLE, FIGURE, RECORDING, RESULT)):
+        return False
+    return (folder / RESULT).read_bytes() == _result_text(search, scenarios).encode()
+
+
+def _result_text(search: Search, scenarios: int) -> str:
+    return to_json(result_of(search, scenarios)) + "\n"
+
+
 def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> None:
     """Write result, convergence table, figure and recording into a run's folder.
 
@@ -136,13 +149,13 @@ def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> No
     )
     about = {name: str(value) for name, value in vars(tuning).items()}
     try:
-        write_rows(folder / "convergence.csv", rows)
-        (folder / "figures").mkdir(exist_ok=True)
-        convergence_figure(search, described(tuning), folder / "figures" / "convergence.png")
-        write_convergence(
-            folder / "convergence.rrd", "index (5) [m2 s]", best, median, stable, about
-        )
-        (folder / RESULT).write_text(to_json(result_of(search, scenarios)) + "\n")
+        write_rows(folder / TABLE, rows)
+        (folder / FIGURE).parent.mkdir(exist_ok=True)
+        convergence_figure(search, described(tuning), folder / FIGURE)
+        write_convergence(folder / RECORDING, "index (5) [m2 s]", best, median, stable, about)
+        written = folder / f".{RESULT}"
+        written.write_text(_result_text(search, scenarios))
+        written.replace(folder / RESULT)  # whole or not at all
     except RunError:
         raise
     except OSError as error:

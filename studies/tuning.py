@@ -49,6 +49,18 @@ TUNERS: dict[str, Callable[..., Search]] = {
 UNBUILT = 0.0  # [s] divergence time of parameters that no filter can be built from
 PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
 SEED_MOST = 2**32 - 1
+COUNTS = (
+    "terms",
+    "perturb",
+    "population",
+    "generations",
+    "patience",
+    "survivors",
+    "screen",
+    "seed",
+    "modes",
+    "segments",
+)
 
 
 @dataclass(frozen=True)
@@ -100,6 +112,10 @@ class Tuning:
     beam: str = "file"
 
     def __post_init__(self) -> None:
+        for name in COUNTS:
+            value = getattr(self, name)
+            if type(value) is not int and not (name == "segments" and value is None):
+                raise ParameterError(f"{name} is {value!r}; give a whole number")
         trajectory(self.trajectory)
         setting(self.setting)
         if self.plant != BOTH:

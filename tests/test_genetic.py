@@ -19,6 +19,7 @@ from studies.genetic import (
     INITIAL,
     MUTANT,
     SURVIVOR,
+    Generation,
     GeneticSettings,
     Scores,
     breed,
@@ -28,6 +29,7 @@ from studies.genetic import (
     mutate,
     mutation_chances,
     mutation_deviation,
+    next_generation,
     offspring_counts,
     ranking,
     run_genetic,
@@ -155,6 +157,76 @@ def test_a_generation_is_bred_from_the_survivors_alone():
             assert shared == 10
         if origin == FRESH:
             assert shared == 0
+
+
+BRED = 200  # generations bred, for statistics
+FAR_APART = 1e6 * np.arange(1, 7)[:, None] * np.ones(10)  # survivors that no mutation can confuse
+
+
+def bred(kind, survivors=FAR_APART):
+    """All children of a kind in many generations bred from the same survivors (K, 10)."""
+    found = []
+    for number in range(BRED):
+        children, origins = breed(survivors, 44, TABLE_1, generation_rng(1, number))
+        found.append(children[np.array(origins) == kind])
+    return np.vstack(found)
+
+
+def test_mutants_come_from_every_survivor_alike():
+    parents = np.rint(np.median(bred(MUTANT), axis=1) / 1e6).astype(int)
+    assert stats.chisquare(np.bincount(parents, minlength=7)[1:]).pvalue > CHANCE
+
+
+def test_all_pairs_of_survivors_have_descendants():
+    pairs = {tuple(sorted(set(child))) for child in bred(CROSSOVER)}
+    assert len({pair for pair in pairs if len(pair) == 2}) == 15
+
+
+def test_fresh_individuals_are_new_in_every_generation():
+    fresh = bred(FRESH)
+    assert len(np.unique(fresh, axis=0)) == len(fresh) == 11 * BRED
+
+
+def test_parameters_that_mutate_together_do_so_independently():
+    rng, parent = np.random.default_rng(9), np.ones(2)
+    changes = np.array([mutate(parent, np.arange(2), rng) - 1 for _ in range(DRAWS)])
+    both = changes[(changes != 0).all(axis=1)]
+    assert len(both) > DRAWS / 4
+    assert abs(stats.pearsonr(*both.T).statistic) < 4 / np.sqrt(len(both))
+
+
+def test_one_more_mutation_is_half_as_likely():
+    chances = mutation_chances(10)  # assumed; the paper says 'exponentially'
+    assert chances[1:] / chances[:-1] == pytest.approx(0.5)
+
+
+def test_only_the_best_reproduce_and_keep_their_scores():
+    """The six best are scattered over the last generation, each with a time of divergence."""
+    population = 1e6 * np.arange(1, 51)[:, None] * np.ones(10)
+    indices = np.random.default_rng(10).permutation(50).astype(float)
+    diverged = 0.1 * np.arange(50)
+    last = Generation(3, population, (FRESH,) * 50, indices, diverged)
+    new = next_generation(bowl, TABLE_1, 6, 1, last)
+    best = np.argsort(indices)[:6]
+    assert not set(best) <= set(range(6))
+    assert np.array_equal(new.population[:6], population[best])
+    assert np.array_equal(new.indices[:6], indices[best])
+    assert np.array_equal(new.diverged[:6], diverged[best])
+    for kind in (MUTANT, CROSSOVER):
+        children = new.population[np.array(new.origins) == kind]
+        numbers = set(np.rint(children / 1e6).astype(int).ravel() - 1)
+        assert numbers <= set(best)
+    assert new.number == 4
+    scores = bowl(new.population[6:])
+    assert np.array_equal(new.indices[6:], scores.indices)
+    assert np.array_equal(new.diverged[6:], scores.diverged, equal_nan=True)
+
+
+def test_generations_that_do_not_follow_each_other_are_refused():
+    settings = GeneticSettings(population=12, generations=8, survivors=4)
+    whole = run_genetic(bowl, TABLE_1, settings, 3).generations
+    with pytest.raises(RunError, match="generation 2"):
+        run_genetic(bowl, TABLE_1, settings, 3, resume_from=(*whole[:1], whole[2]))
 
 
 def test_elitism_keeps_the_six_best_with_their_scores():

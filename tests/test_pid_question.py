@@ -35,3 +35,25 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     assert textbook["best_index"] > 0
     assert (tmp_path / "run" / "results.csv").is_file()
     assert main(["pid-question", "--quick", "--out", str(tmp_path / "run")]) == 2
+
+
+@pytest.mark.parametrize(
+    "words, named",
+    [
+        ("--seeds 0", "seeds"),
+        ("--seed -1", "seed"),
+        ("--plants chain chain", "plants"),
+        ("--plants beam", "beam"),
+        ("--settings ice", "ice"),
+        ("--plants assumed-modes --chain-generations -2", "chain generations"),
+        ("--segments 0", "segments"),
+        ("--threads 0", "threads"),
+    ],
+)
+def test_a_wrong_option_is_one_line_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: str, named: str
+) -> None:
+    assert main(["pid-question", *words.split(), "--out", str(tmp_path / "run")]) == 2
+    complaint = capsys.readouterr().err
+    assert named in complaint and complaint.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +15,10 @@ import numpy as np
 import pytest
 
 from flexsim import RunError
+from studies.main import TERMINATED
 from studies.run_folder import CONFIG, run_folder, to_json, versions, write_config, write_rows
+
+PATIENCE = 60.0  # [s] for a command to start
 
 
 @dataclass(frozen=True)
@@ -139,3 +145,17 @@ def test_json_is_strict() -> None:
         "tuple": [1, None, None],
         "path": "a/b",
     }
+
+
+def test_a_study_that_is_ended_clears_its_folder_away(tmp_path: Path) -> None:
+    code = "import sys; from studies.main import main; sys.exit(main(sys.argv[1:]))"
+    words = ["ladder", "--out", str(tmp_path / "run")]
+    process = subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.PIPE)
+    deadline = time.monotonic() + PATIENCE
+    while not any(tmp_path.iterdir()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert any(tmp_path.iterdir())
+    process.terminate()
+    process.communicate()
+    assert process.returncode == TERMINATED
+    assert not any(tmp_path.iterdir())

@@ -256,6 +256,8 @@ def test_the_study_writes_a_run_that_explains_itself(tmp_path, capsys):
         ("--seeds 0", "seeds is 0"),
         ("--trajectory square", "two-loop"),
         ("--generations 0", "generations"),
+        ("--quick --population -3", "population"),
+        ("--quick --generations -1", "generations"),
     ],
 )
 def test_a_wrong_option_is_one_line_and_leaves_nothing(tmp_path, capsys, words, named):

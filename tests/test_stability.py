@@ -249,6 +249,9 @@ def test_every_setting_can_be_asked_for(setting_name: str) -> None:
         ("--map-points 1", "map points"),
         ("--slack -1", "slack"),
         ("--theta2 nan", "theta2"),
+        ("--theta2 1 --trajectory circle", "contradict"),
+        ("--torque-gain 0 1", "torque gain"),
+        ("--torque-gain 1 inf", "torque gain"),
     ],
 )
 def test_a_wrong_option_is_one_line_and_leaves_nothing(

@@ -23,6 +23,7 @@ from flexsim.simulate import thread_count
 from studies.distributions import LOG_UNIFORM, NAMES, TABLE_1
 from studies.main import main
 from studies.structures import SI_NAMES, Structure, in_si
+from studies.tune_folder import locked
 from studies.tuning import Tuning, distribution_for, perturbations, problem_of, tune
 
 ROUNDING = 1e-14  # relative to the largest tap: two orders of summation of eleven terms
@@ -327,6 +328,45 @@ def test_a_finished_run_stays_as_it_is(finished, copied, capsys):
         assert name in result
 
 
+def empty(path):
+    path.write_bytes(b"")
+
+
+def half(path):
+    path.write_bytes(path.read_bytes()[:50])
+
+
+@pytest.mark.parametrize(
+    "spoil, name",
+    [
+        (empty, "result.json"),
+        (half, "result.json"),
+        (Path.unlink, "result.json"),
+        (Path.unlink, "convergence.csv"),
+        (Path.unlink, "convergence.rrd"),
+        (lambda path: shutil.rmtree(path.parent), "figures/convergence.png"),
+    ],
+)
+def test_results_that_are_missing_or_torn_are_written_anew(copied, finished, spoil, name):
+    spoil(copied / name)
+    assert main(["tune", "--resume", str(copied)]) == 0
+    assert_same_run(copied, finished)
+    assert set(digest(copied)) == set(digest(finished))
+
+
+def test_a_run_at_work_is_left_to_its_process(finished, copied, capsys):
+    keep_generations(copied, 3)
+    before = digest(copied)
+    with locked(copied):
+        for words in (["--resume", str(copied)], ["--out", str(copied), "--force"]):
+            assert main(["tune", *words]) == 2
+            complaint = capsys.readouterr().err
+            assert complaint.count("\n") == 1 and "another process" in complaint
+        assert digest(copied) == before
+    assert main(["tune", "--resume", str(copied)]) == 0
+    assert_same_run(copied, finished)
+
+
 @pytest.mark.parametrize("tuner", ["cma", "de"])
 def test_peers_continue_to_the_same_bits(tuner, tmp_path, capsys):
     whole, run = tmp_path / "whole", tmp_path / "cut"
@@ -370,6 +410,10 @@ def test_a_search_that_finds_nothing_says_so(tmp_path, capsys):
         (["--tuner", "de", "--population", "4", "--survivors", "2"], "population"),
         (["--segments", "8"], "--segments"),
         (["--plant", "chain", "--modes", "2"], "--modes"),
+        (["--plant", "chain:6", "--segments", "8"], "--segments"),
+        (["--plant", "assumed-modes:3", "--modes", "4"], "--modes"),
+        (["--plant", "chain", "--segments", "0"], "segments"),
+        (["--terms", "100000"], "5000"),
         (["--population", "5"], "survivors"),
         (["--generations", "0"], "generations"),
         (["--period", "0.0015"], "period"),
@@ -435,6 +479,39 @@ def spoil_middle(run):
     (run / "generations.csv").write_bytes(b"".join(lines))
 
 
+def change_config(section, **values):
+    def spoil(run):
+        config = json.loads((run / "config.json").read_text())
+        if section:
+            config[section] |= values
+        else:
+            config |= values
+        (run / "config.json").write_text(json.dumps(config))
+
+    return spoil
+
+
+def change_cell(line, column, text):
+    def spoil(run):
+        lines = [each.decode().rstrip("\n").split(",") for each in lines_of(run)]
+        lines[line][lines[0].index(column)] = text
+        (run / "generations.csv").write_text("\n".join(map(",".join, lines)) + "\n")
+
+    return spoil
+
+
+def add_cell(run):
+    lines = lines_of(run)
+    lines[3] = lines[3].rstrip(b"\n") + b",1\n"
+    (run / "generations.csv").write_bytes(b"".join(lines))
+
+
+def add_generations(run):
+    lines = lines_of(run)
+    more = [b"%d,%s" % (n, line.split(b",", 1)[1]) for n in range(50) for line in lines[1:9]]
+    (run / "generations.csv").write_bytes(lines[0] + b"".join(more))
+
+
 def spoil_header(run):
     (run / "generations.csv").write_bytes(b"".join(lines_of(run)[1:]))
 
@@ -449,6 +526,19 @@ def spoil_header(run):
         (other_study, [], "not of flexsim tune"),
         (spoil_middle, [], "generation 1"),
         (spoil_header, [], "header"),
+        (change_config(None, versions=[]), [], "python"),
+        (change_config(None, distribution=None), [], "config.json"),
+        (change_config(None, configuration=3), [], "config.json"),
+        (change_config("configuration", population=8.0), [], "population"),
+        (change_config("configuration", weights=None), [], "config.json"),
+        (change_config("distribution", k1=None), [], "k1"),
+        (change_cell(5, "index", "nan"), [], "generation 0"),
+        (change_cell(5, "origin", "stork"), [], "generation 0"),
+        (change_cell(9, "index", "1e-9"), [], "generation 1"),  # of a survivor
+        (change_cell(9, "k1", "1e4"), [], "generation 1"),
+        (add_cell, [], "generation 0"),
+        (add_generations, [], "40 generations"),
+        (shutil.rmtree, [], "not a run"),
         (lambda run: (run / "generations.csv").unlink(), [], "generations.csv"),
         (lambda run: (run / "config.json").unlink(), [], "not a run"),
         (lambda run: None, ["--seed", "1"], "--seed"),
