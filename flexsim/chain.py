@@ -9,7 +9,6 @@ chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2
 
 from __future__ import annotations
 
-import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +20,16 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from flexsim.assumed_modes import RK4_LIMIT
-from flexsim.chain_checks import require_arm, require_masses, require_physical
+from flexsim.chain_checks import (
+    require_arm,
+    require_hinges,
+    require_masses,
+    require_physical,
+    require_used_masses,
+)
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
+from flexsim.mjcf_text import read_mjcf, with_includes
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
 
 Array = NDArray[np.float64]
@@ -32,6 +38,8 @@ PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may l
 STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
     mujoco.mjtIntegrator.mjINT_RK4: RK4_LIMIT,
     mujoco.mjtIntegrator.mjINT_EULER: 2.0,
+    mujoco.mjtIntegrator.mjINT_IMPLICIT: 2.0,
+    mujoco.mjtIntegrator.mjINT_IMPLICITFAST: 2.0,
 }
 DAMPED_LIMIT = 2.61  # radius of the left half-disc inside RK4's region of stability (2.616)
 DAMPED_SHARE = 0.01  # damping ratio from which the disc counts, not the imaginary axis
@@ -104,17 +112,11 @@ def load_chain(path: str | Path | None = None, text: str | None = None) -> Chain
     """
     source = str(path) if path is not None else "the MJCF text"
     if path is not None:
-        try:
-            text = Path(path).read_text()
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "not text"
-            raise ModelError(f"{path}: cannot read the MJCF file: {reason}") from None
+        text = read_mjcf(path)
     if text is None:
         raise ModelError("no MJCF given; name a file or pass its text")
     if not text.strip():
-        raise ModelError(f"{source}: the MJCF file is empty")
-    if path is not None:
-        text = _whole(text, Path(path).parent)
+        raise ModelError(f"{source}: the MJCF text is empty")
     with quiet_warnings():
         model = _compile(path, text, source)
         require_arm(model, source)
@@ -122,21 +124,26 @@ def load_chain(path: str | Path | None = None, text: str | None = None) -> Chain
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         L_R, clamp, root, lengths = _geometry(model, source)
         _require_stable_step(model, source)
+        if path is not None:
+            text = _self_contained(text, Path(path))
     return ChainModel(model, text, source, L_R, clamp, root, lengths)
 
 
-def _whole(text: str, folder: Path) -> str:
-    """Return MJCF with the contents of the files it includes, as far as these can be read."""
+def _self_contained(text: str, path: Path) -> str:
+    """Return the MJCF of a file that compiles, such that it does without other files.
 
-    def contents(match: re.Match[str]) -> str:
-        try:
-            inner = (folder / match[1]).read_text()
-        except (OSError, UnicodeDecodeError):
-            return match[0]  # in a comment, or the compiler will say so
-        root = re.search(r"<(mujoco\w*)[^>]*>(.*)</\1>", inner, re.DOTALL)
-        return _whole(root[2], folder) if root else match[0]
-
-    return re.sub(r"<include\s+file=[\"']([^\"']*)[\"']\s*(?:/>|>\s*</include>)", contents, text)
+    Raises:
+        ModelError: it needs some, such as meshes.
+    """
+    text = with_includes(text, path.parent)
+    try:
+        mujoco.MjSpec.from_string(text).compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise ModelError(
+            f"{path}: needs other files, which a run could not keep; leave them out "
+            f"({' '.join(str(error).split())})"
+        ) from None
+    return text
 
 
 def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
@@ -147,7 +154,9 @@ def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
             if path is not None
             else mujoco.MjSpec.from_string(text)
         )
+        require_hinges(spec, source)
         require_masses(spec, source)
+        require_used_masses(spec, source)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that are checked hereafter
             return spec.compile()
@@ -162,20 +171,28 @@ def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, 
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
+    names = [f"joint {model.joint(i).name!r}" for i in range(model.njnt)]
+    for name, axis, turned in zip(names, data.xaxis, model.jnt_axis, strict=True):
+        if not np.abs(axis - (0, 0, 1)).max() <= PLANE_TOLERANCE:  # so that a nan is caught
+            found = " ".join(f"{value:g}" for value in turned)
+            raise ModelError(f"{source}: {name} has the axis {found}; it must turn about z, 0 0 1")
+    ends = [*names, "site 'tip'"]
     anchors = np.vstack([data.xanchor, data.site("tip").xpos])  # (N+3, 3)
-    anchors = anchors - anchors[0]
-    axes = data.xaxis
-    off = np.abs(anchors[:, 1:]).max(), np.abs(data.xanchor[0]).max(), np.abs(axes[:, :2]).max()
-    if not np.max(off) <= PLANE_TOLERANCE:  # so that a nan is caught
-        raise ModelError(
-            f"{source}: at zero angles the arm must lie along x from the origin, hinges about z; "
-            "an anchor, a site or an axis is elsewhere"
-        )
+    for name, (x, y, z) in zip(ends, anchors, strict=True):
+        first = name == names[0]
+        if not max(abs(y), abs(z), abs(x) if first else 0.0) <= PLANE_TOLERANCE:
+            raise ModelError(
+                f"{source}: {name} is at {x:g} {y:g} {z:g} m when all angles are zero; the arm "
+                f"must {'start in the origin' if first else 'lie along the x-axis'}"
+            )
     x = anchors[:, 0]
     lengths = np.diff(x)
-    if lengths[0] <= 0 or lengths[1] < 0 or (lengths[2:] <= 0).any():
-        found = ", ".join(f"{value:g}" for value in x)
-        raise ModelError(f"{source}: joints must follow each other along x; found: {found} m")
+    for i, length in enumerate(lengths):
+        if length < 0 or (length == 0 and i != 1):  # the beam may begin at joint 2
+            raise ModelError(
+                f"{source}: {ends[i + 1]} is {length:g} m along x from {ends[i]}; it must lie "
+                "beyond it"
+            )
     piece = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
     clamp = float(data.xpos[piece][0] - x[1]) if piece >= 0 else float(lengths[1])
     return float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
@@ -240,7 +257,7 @@ def longest_step(model: mujoco.MjModel) -> float | None:
     if integrator not in STEP_LIMITS:
         return None
     longest = STEP_LIMITS[integrator] / highest_frequency(model)
-    if integrator == mujoco.mjtIntegrator.mjINT_RK4:  # Euler takes the damping implicitly
+    if integrator == mujoco.mjtIntegrator.mjINT_RK4:  # the others take the damping implicitly
         decay = fastest_decay(model)
         longest = min(longest, DAMPED_LIMIT / decay) if decay else longest
     return longest

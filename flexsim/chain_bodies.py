@@ -26,19 +26,20 @@ class Bodies:
     """Bodies of one part of the arm, with respect to a vertical axis.
 
     Attributes:
-        mass: (B,) [kg]; x: (B,) of the centres of mass, from the axis, arm straight [m];
+        mass: (B,) [kg]; x, y: (B,) of the centres of mass, from the axis, arm straight [m];
         inertia: (B,) about the centres of mass, along z [kg m2]; ids: of the bodies.
     """
 
     mass: Array
     x: Array
+    y: Array
     inertia: Array
     ids: tuple[int, ...]
 
     @property
     def about_axis(self) -> float:
         """Moment of inertia about the axis [kg m2]."""
-        return float(self.inertia.sum() + self.mass @ self.x**2)
+        return float(self.inertia.sum() + self.mass @ (self.x**2 + self.y**2))
 
 
 def _bodies(model: mujoco.MjModel, ids: NDArray[np.intp], axis: float) -> Bodies:
@@ -52,6 +53,7 @@ def _bodies(model: mujoco.MjModel, ids: NDArray[np.intp], axis: float) -> Bodies
     return Bodies(
         mass=model.body_mass[ids].copy(),
         x=data.xipos[ids, 0] - axis,
+        y=data.xipos[ids, 1].copy(),
         inertia=inertia[ids],
         ids=tuple(int(i) for i in ids),
     )
@@ -110,6 +112,7 @@ def require_carried(chain: ChainModel) -> None:
         ("a spring (stiffness)", model.jnt_stiffness[:2]),
         ("dry friction (frictionloss)", model.dof_frictionloss),
         ("a limited range", model.jnt_limited),
+        ("a limited torque (actuatorfrcrange)", model.jnt_actfrclimited),
         (
             "a spring that is not at rest in the straight arm (springref)",
             model.qpos_spring * (model.jnt_stiffness > 0),
@@ -121,10 +124,28 @@ def require_carried(chain: ChainModel) -> None:
     for what, values in checks:
         for i in np.flatnonzero(values):
             _refuse(chain, f"joint {model.joint(int(i)).name!r} has {what}")
-    for actuator in range(model.nu):
-        if model.actuator_ctrllimited[actuator] or model.actuator_forcelimited[actuator]:
-            _refuse(chain, f"actuator {model.actuator(actuator).name!r} has a limited range")
+    for what, values in (
+        ("a limited range", model.actuator_ctrllimited | model.actuator_forcelimited),
+        ("an armature of its own; give the joint one", model.actuator_armature),
+        ("a damping of its own; give the joint one", model.actuator_damping),
+        ("a delay", model.actuator_delay),
+        ("a group that is disabled", [_disabled(model, i) for i in range(model.nu)]),
+    ):
+        for i in np.flatnonzero(values):
+            _refuse(chain, f"actuator {model.actuator(int(i)).name!r} has {what}")
+    for what, bit in (
+        ("springs", mujoco.mjtDisableBit.mjDSBL_SPRING),
+        ("dampers", mujoco.mjtDisableBit.mjDSBL_DAMPER),
+        ("actuation", mujoco.mjtDisableBit.mjDSBL_ACTUATION),
+    ):
+        if model.opt.disableflags & bit:
+            _refuse(chain, f"the option's flag disables {what}")
     _require_free_space(chain)
+
+
+def _disabled(model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether the options switch an actuator's group off."""
+    return bool(model.opt.disableactuator >> int(model.actuator_group[actuator]) & 1)
 
 
 def _require_free_space(chain: ChainModel) -> None:
@@ -132,6 +153,8 @@ def _require_free_space(chain: ChainModel) -> None:
     model, options = chain.model, chain.model.opt
     if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         touching = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
+        if model.npair:
+            _refuse(chain, f"the contact pair {model.pair(0).name!r} can touch")
         if len(touching):
             _refuse(chain, f"geom {model.geom(int(touching[0])).name!r} can make contact")
     if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
@@ -143,6 +166,6 @@ def _require_free_space(chain: ChainModel) -> None:
 
 def _refuse(chain: ChainModel, what: str) -> None:
     raise ModelError(
-        f"{chain.source}: {what}, which the assumed modes cannot carry; remove it, or use "
-        "--plant chain"
+        f"{chain.source}: {what}, which the assumed modes cannot carry; remove it, or run the "
+        "chain alone (flexsim drive or tune with --plant chain)"
     )

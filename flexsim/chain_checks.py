@@ -22,12 +22,6 @@ def require_arm(model: mujoco.MjModel, source: str) -> None:
         for name in names:
             if mujoco.mj_name2id(model, code, name) < 0:
                 raise ModelError(f"{source}: lacks the {kind} named {name!r}; name it so")
-    for i in range(model.njnt):
-        name = model.joint(i).name
-        if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise ModelError(
-                f"{source}: joint {name!r} is not a hinge; the planar arm has only hinges"
-            )
     order = [model.joint(i).name for i in range(2)]
     if order != ["joint1", "joint2"] or model.nv < 3:
         raise ModelError(
@@ -47,12 +41,21 @@ def require_arm(model: mujoco.MjModel, source: str) -> None:
                 f"{source}: actuator 'motor{i + 1}' is not a plain motor on joint{i + 1}; "
                 f'write <motor name="motor{i + 1}" joint="joint{i + 1}"/>'
             )
-    if model.na or model.neq or model.nflex or model.ntendon:
-        raise ModelError(
-            f"{source}: has activations, equalities, flexes or tendons; the arm is a plain chain"
-        )
-    if (model.dof_parentid != np.arange(-1, model.nv - 1)).any():
-        raise ModelError(f"{source}: the bodies branch; every jointed body must carry the next one")
+    for i in range(model.nu):
+        if model.actuator_actnum[i]:
+            _not_plain(source, f"the actuator {model.actuator(i).name!r} with an activation")
+    for kind, count in (("equality", model.neq), ("flex", model.nflex), ("tendon", model.ntendon)):
+        if count:
+            code = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+            name = mujoco.mj_id2name(model, code, 0)
+            _not_plain(source, f"the {kind} {name!r}" if name else f"an {kind} without a name")
+    for i in range(1, model.njnt):
+        if model.dof_parentid[i] != i - 1:
+            raise ModelError(
+                f"{source}: joint {model.joint(i).name!r} starts another chain, as body "
+                f"{model.body(model.jnt_bodyid[i]).name!r} is not carried by joint "
+                f"{model.joint(i - 1).name!r}; the arm is one chain, every body carrying the next"
+            )
     for site, joint in (("hub", 1), ("tip", model.njnt - 1)):
         carrier = model.body_weldid[model.site(site).bodyid[0]]
         if carrier != model.jnt_bodyid[joint]:
@@ -60,6 +63,38 @@ def require_arm(model: mujoco.MjModel, source: str) -> None:
                 f"{source}: site {site!r} moves with body {model.body(carrier).name!r}; put it on "
                 f"{model.body(model.jnt_bodyid[joint]).name!r}, behind the joint "
                 f"{model.joint(joint).name!r}"
+            )
+
+
+def _not_plain(source: str, what: str) -> None:
+    raise ModelError(f"{source}: has {what}; the arm is a plain chain of hinges")
+
+
+def require_hinges(spec: mujoco.MjSpec, source: str) -> None:
+    """Raise a ModelError for a joint that is none, before anything trips over it."""
+    for joint in spec.joints:
+        if joint.type != mujoco.mjtJoint.mjJNT_HINGE:
+            kind = joint.type.name.removeprefix("mjJNT_").lower()
+            raise ModelError(
+                f"{source}: joint {joint.name!r} is a {kind} joint; the planar arm has only hinges"
+            )
+
+
+def _moves(body: mujoco.MjsBody) -> bool:
+    """Return whether a body, or one that carries it, has a joint."""
+    return bool(body.joints) or (body.name != "world" and _moves(body.parent))
+
+
+def require_used_masses(spec: mujoco.MjSpec, source: str) -> None:
+    """Raise a ModelError for a geom whose mass MuJoCo is told to ignore."""
+    if spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
+        return
+    for geom in spec.geoms:
+        if geom.mass > 0 and _moves(geom.parent):  # nan where none is given
+            raise ModelError(
+                f"{source}: geom {geom.name or geom.type.name.removeprefix('mjGEOM_').lower()!r} "
+                f"of body {geom.parent.name!r} has mass {geom.mass:g}, which inertiafromgeom=false "
+                "ignores; give it to the body's <inertial>"
             )
 
 
@@ -96,13 +131,17 @@ def require_physical(model: mujoco.MjModel, source: str) -> None:
                 )
     if not 0 < model.opt.timestep < np.inf:
         raise ModelError(f"{source}: timestep is {model.opt.timestep:g} s; give more than 0")
-    for quantity, values in (
-        ("pos", model.body_pos),
-        ("inertial pos", model.body_ipos),
-        ("joint pos", model.jnt_pos),
-        ("joint axis", model.jnt_axis),
-        ("gear", model.actuator_gear),
-        ("springref", model.qpos_spring),
+    for kind, quantity, vectors in (
+        ("body", "pos", model.body_pos),
+        ("body", "inertial pos", model.body_ipos),
+        ("joint", "pos", model.jnt_pos),
+        ("joint", "axis", model.jnt_axis),
+        ("actuator", "gear", model.actuator_gear),
+        ("joint", "springref", model.qpos_spring[:, None]),
     ):
-        if not np.isfinite(values).all():
-            raise ModelError(f"{source}: a {quantity} is not a finite number; check that attribute")
+        for i, vector in enumerate(vectors):
+            if not np.isfinite(vector).all():
+                name = getattr(model, kind)(i).name
+                raise ModelError(
+                    f"{source}: {kind} {name!r} has a {quantity} that is not a finite number"
+                )

@@ -139,6 +139,17 @@ def parameters_of(chain: ChainModel) -> Parameters:
     lever = arm[-1] - arm[:-1]  # (N,) from each hinge to the tip
     compliance = float(np.sum(lever**2 / model.jnt_stiffness[2:]))
     gears = [float(model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]) for i in range(2)]
+    for element, quantity, value in (
+        ("body 'link1'", "moment of inertia about joint1 [kg m2]", link.about_axis),
+        ("body 'hub'", "mass [kg]", float(hub.mass.sum())),
+        ("body 'hub'", "moment of inertia about joint2 [kg m2]", hub.about_axis),
+        ("motor 'motor1'", "gear", gears[0]),
+        ("motor 'motor2'", "gear", gears[1]),
+    ):
+        if not value > 0:
+            raise ModelError(
+                f"{chain.source}: {element} has the {quantity} {value:g}; give more than 0"
+            )
     try:
         return Parameters(
             L_R=chain.L_R,

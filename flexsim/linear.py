@@ -22,6 +22,8 @@ from flexsim import assumed_modes, chain
 from flexsim.closed_loop import whole_substeps
 from flexsim.errors import ParameterError
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
+from flexsim.rod import RodPlant
+from flexsim.rod_model import moving_across, rod_stiffness
 
 Array = NDArray[np.float64]
 
@@ -35,6 +37,7 @@ class LinearPlant:
     Attributes:
         M, D, K: (m, m) mass, damping and stiffness [SI, mixed]. S: (m, 2) torques at the motors.
         tip: (m,) v = tip . q. theta2: of the pose [rad].
+        coordinates: (m,) which of the plant's these are; None for all, in order.
     """
 
     M: Array
@@ -43,6 +46,14 @@ class LinearPlant:
     S: Array
     tip: Array
     theta2: float
+    coordinates: NDArray[np.intp] | None = None
+
+    def state(self, states: Array) -> Array:
+        """Return states (K, 2m) of these coordinates, from the plant's (K, 2M)."""
+        if self.coordinates is None:
+            return states
+        rates = self.coordinates + states.shape[1] // 2
+        return states[:, np.concatenate([self.coordinates, rates])]
 
     @cached_property
     def A(self) -> Array:
@@ -69,29 +80,33 @@ class LinearPlant:
 def linearise(
     plant: Plant, theta2: float = math.pi / 2, joint_damping: ArrayLike = (0.0, 0.0)
 ) -> LinearPlant:
-    """Return the linearisation of either plant about rest.
+    """Return the linearisation of any plant about rest.
 
     Args:
-        plant: assumed modes of either form, or a chain.
+        plant: assumed modes of either form, a chain, or a rod.
         theta2: of the pose [rad].
         joint_damping: (2,) viscous friction of the joints beside the plant's own [N m s/rad].
 
     Raises:
-        ParameterError: theta2 or the damping is not a finite number, or the plant is a rod.
+        ParameterError: theta2 or the damping is not a finite number, or the plant is another.
     """
     extra = np.asarray(joint_damping, dtype=float)
     if not math.isfinite(theta2):
         raise ParameterError(f"theta2 is {theta2}; give a finite angle [rad]")
     if extra.shape != (2,) or not np.isfinite(extra).all():
         raise ParameterError(f"joint damping is {extra}; give two finite numbers")
+    moving = None
     if isinstance(plant, AssumedModesPlant):
         M, D, K, S, tip = _of_modes(plant, theta2)
     elif isinstance(plant, ChainPlant):
         M, D, K, S, tip = _of_chain(plant, theta2)
+    elif isinstance(plant, RodPlant):
+        moving = moving_across(plant.rod.model)
+        M, D, K, S, tip = _of_rod(plant, theta2, moving)
     else:
         raise ParameterError(f"plant {plant.name!r} has no linearisation; choose another plant")
     D[[0, 1], [0, 1]] += extra
-    return LinearPlant(M, D, K, S, tip, float(theta2))
+    return LinearPlant(M, D, K, S, tip, float(theta2), moving)
 
 
 def _of_modes(plant: AssumedModesPlant, theta2: float) -> tuple[Array, Array, Array, Array, Array]:
@@ -123,6 +138,31 @@ def _of_chain(plant: ChainPlant, theta2: float) -> tuple[Array, Array, Array, Ar
         chain.stiffness_matrix(model),
         S,
         np.concatenate([[0.0, 0.0], lever]),
+    )
+
+
+def _of_rod(
+    plant: RodPlant, theta2: float, moving: NDArray[np.intp]
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return M, D, K, S and tip of the rod: joints and the vertices' motions across.
+
+    Along the rod its edges, of constant length, leave a vertex nothing to first order.
+    """
+    model = plant.rod.model
+    pose = np.zeros(model.nq)
+    pose[1] = theta2
+    take = np.ix_(moving, moving)
+    S = np.zeros((len(moving), 2))
+    for i in range(2):
+        S[i, i] = model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]
+    tip = np.zeros(len(moving))
+    tip[-1] = 1.0
+    return (
+        chain.mass_matrix(model, pose)[take],
+        np.diag(model.dof_damping[moving]),
+        rod_stiffness(model)[take],
+        S,
+        tip,
     )
 
 

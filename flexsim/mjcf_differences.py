@@ -36,6 +36,24 @@ JOINT = (
     ("frictionloss", "N m"),
     ("range", "rad"),
     ("springref", "rad"),
+    ("actuatorfrcrange", "N m"),
+    ("stiffness, nonlinear", "SI"),
+    ("damping, nonlinear", "SI"),
+)
+OPTION = (("gravity", "m/s2"), ("density", "kg/m3"), ("viscosity", "Pa s"))
+ACTING = {"gravity": np.array([1.0, 1.0, 0.0])}  # across the plane it does nothing
+FLAGS = {
+    "contact": mujoco.mjtDisableBit.mjDSBL_CONTACT,
+    "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
+    "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
+    "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
+}
+ACTUATOR = (
+    ("ctrlrange", "N m"),
+    ("forcerange", "N m"),
+    ("armature", "kg m2"),
+    ("damping", "N m s/rad"),
+    ("delay", "s"),
 )
 NAMES = {"ipos": "inertial pos"}
 BEAM = (("L", "m"), ("rho", "kg/m"), ("EI", "N m2"))  # of the equivalent uniform beam
@@ -86,11 +104,18 @@ def _values(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], Any]]:
     """Give ((element, attribute with unit), numbers) of all that acts on the motion."""
     yield ("option", "timestep [s]"), np.array([model.opt.timestep])
     yield ("option", "integrator"), np.array([float(model.opt.integrator)])
+    for attribute, unit in OPTION:
+        value = np.atleast_1d(getattr(model.opt, attribute))
+        yield ("option", f"{attribute} [{unit}]"), value * ACTING.get(attribute, 1.0)
+    for name, bit in FLAGS.items():
+        off = bool(model.opt.disableflags & bit)
+        yield ("option", f"{name} disabled"), np.array([float(off)])
     for i in range(1, model.nbody):
         body = model.body(i)
+        own_name = body.name or f"body {i} in {model.body(model.body_parentid[i]).name}"
         for attribute, unit in BODY:
             label = f"{NAMES.get(attribute, attribute)} [{unit}]"
-            yield (body.name, label), np.atleast_1d(getattr(body, attribute)).copy()
+            yield (own_name, label), np.atleast_1d(getattr(body, attribute)).copy()
     for i in range(model.njnt):
         joint = model.joint(i)
         dof, address = int(model.jnt_dofadr[i]), int(model.jnt_qposadr[i])
@@ -99,6 +124,9 @@ def _values(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], Any]]:
             "armature": model.dof_armature[dof],
             "frictionloss": model.dof_frictionloss[dof],
             "springref": model.qpos_spring[address],
+            "actuatorfrcrange": model.jnt_actfrcrange[i],
+            "stiffness, nonlinear": model.jnt_stiffnesspoly[i],
+            "damping, nonlinear": model.dof_dampingpoly[dof],
         }
         for attribute, unit in JOINT:
             value = own[attribute] if attribute in own else getattr(joint, attribute)
@@ -108,7 +136,14 @@ def _values(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], Any]]:
     for i in range(model.nu):
         gear = model.actuator_gear[i, :1] * model.actuator_gainprm[i, 0]
         yield (model.actuator(i).name, "gear [-]"), gear
-        yield (model.actuator(i).name, "ctrlrange [N m]"), model.actuator_ctrlrange[i].copy()
+        for attribute, unit in ACTUATOR:
+            value = np.atleast_1d(getattr(model, f"actuator_{attribute}")[i])
+            yield (model.actuator(i).name, f"{attribute} [{unit}]"), value.copy()
+    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        for i in range(model.ngeom):
+            bits = np.array([model.geom_contype[i], model.geom_conaffinity[i]], float)
+            if bits.any():
+                yield (f"geom {model.geom(i).name or i}", "contype, conaffinity [-]"), bits
 
 
 def _text(value: Any) -> str:
@@ -125,7 +160,7 @@ def _changed(usual: dict[Any, Any], own: dict[Any, Any]) -> Iterator[Difference]
             continue
         before, after = usual.get(key), own.get(key)
         if element in added:
-            if attribute.startswith(("mass", "stiffness")) and np.any(after):
+            if attribute.startswith(("mass", "stiffness [", "contype")) and np.any(after):
                 yield Difference(f"{element}, added", attribute, ABSENT, _text(after))
             continue
         if before is None or after is None or not _same(before, after):

@@ -198,6 +198,11 @@ def rod_stiffness(model: mujoco.MjModel) -> Array:
     return (stiffness + stiffness.T) / 2
 
 
+def moving_across(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return the coordinates of joint 1, joint 2 and the vertices' motions across the rod."""
+    return np.concatenate([[0, 1], np.arange(3, model.nv, 2)])
+
+
 def rod_frequencies(model: mujoco.MjModel, locked: bool = True, theta2: float = 0.0) -> Array:
     """Return the frequencies, rising, of small vibrations about the straight rod [rad/s].
 
@@ -208,9 +213,7 @@ def rod_frequencies(model: mujoco.MjModel, locked: bool = True, theta2: float = 
     """
     qpos = np.zeros(model.nq)
     qpos[1] = theta2
-    moving = np.arange(3, model.nv, 2)
-    if not locked:
-        moving = np.concatenate([[0, 1], moving])
+    moving = moving_across(model)[2 if locked else 0 :]
     take = np.ix_(moving, moving)
     squared = eigh(rod_stiffness(model)[take], mass_matrix(model, qpos)[take], eigvals_only=True)
     return np.sqrt(np.maximum(squared, 0.0))

@@ -119,6 +119,11 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
     Raises:
         ParameterError: the inversion does not exist or does not converge.
     """
+    if not isinstance(plant, AssumedModesPlant | ChainPlant):
+        raise ParameterError(
+            f"plant {plant.name!r} has no inversion of its tip; take that of the assumed modes or "
+            "of the chain"
+        )
     h = float(reference.time[1] - reference.time[0])
     pad = math.ceil(rest / h)
     tip = np.pad(reference.tip, ((pad, pad), (0, 0)), mode="edge")  # (K, 2)
@@ -150,7 +155,7 @@ def _deflection(plant: Plant, q: Array) -> tuple[Array, Array]:
     if isinstance(plant, ChainPlant):
         along, across = plant.shape(q)
         return along[:, -1], across[:, -1]
-    assert isinstance(plant, AssumedModesPlant)  # as `linearise` has made sure
+    assert isinstance(plant, AssumedModesPlant)  # as `true_tip_motion` has made sure
     p, eta = plant.coefficients, q[:, 2:]
     return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
 

@@ -263,12 +263,13 @@ def _cost_table(result: BenchmarkResult) -> Table:
 
 def command(config: BenchmarkConfig) -> None:
     """Print the costs."""
+    if not config.json:
+        print_differences(config.robot_of())
     result = run(config)
     if config.json:
         print(to_json(vars(result)))
         return
     console = Console(highlight=False)
-    print_differences(config.robot_of(), console)
     console.print(_cost_table(result))
     if result.by_modes:
         modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())

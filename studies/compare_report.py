@@ -14,7 +14,6 @@ from flexsim.recording import Case, write_recording
 from flexsim.robot_file import Robot
 from flexsim.traces import spoken
 from studies.figures import case_figure, summary_figure
-from studies.robot_options import print_differences
 from studies.run_folder import versions, write_config, write_rows
 
 
@@ -117,7 +116,6 @@ def verdict(rows: list[dict[str, Any]]) -> str:
 def print_report(result: Comparison, out: Path) -> None:
     """Print a table for our controllers and one for Table 2's, each with its verdict."""
     console = Console(highlight=False)
-    print_differences(result.robot, console)
     plants = " | ".join(spoken(row["plant"]) for row in result.rows[:2])
     console.print(f"In mm: {plants}\n")
     for group, name in (("ours", "Our controllers"), ("Table 2", "The paper's Table 2")):

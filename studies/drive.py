@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 
 from flexsim.errors import ParameterError, RunError
 from flexsim.motion import Motion
@@ -147,7 +146,7 @@ def command(config: DriveConfig) -> None:
     if config.json:
         print(to_json(summary))
     else:
-        print_differences(config.robot_of(), Console(highlight=False))
+        print_differences(config.robot_of())
         x, y = motion.tip[-1]
         print(
             f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "

@@ -50,8 +50,9 @@ from studies.integrators import (
     rms_distance,
 )
 from studies.ladder_report import FILES, mark_fronts, print_report, write_report
-from studies.robot_options import RobotOptions, keep_file, print_differences
-from studies.run_folder import run_folder, to_json, write_config
+from studies.robot_options import RobotOptions
+from studies.run_folder import to_json, write_config
+from studies.study import carried_out
 
 Array = NDArray[np.float64]
 Motions = Callable[[Sequence[Plant]], list[dict[str, Any]]]  # tips by torque of plants
@@ -120,6 +121,11 @@ class LadderResult:
     rows: list[dict[str, Any]]
     integrators: list[dict[str, Any]]
     reference: Converged
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What the reference is, and its own uncertainty [m]."""
+        return {"name": self.reference.name, "uncertainty": self.reference.uncertainty}
 
 
 def rungs(robot: Robot, quick: bool) -> tuple[str, ...]:
@@ -275,21 +281,19 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
     return LadderResult(rows, integrators, ref)
 
 
+def write(folder: Path, config: LadderConfig, result: LadderResult) -> None:
+    """Write configuration, tables and figures into a folder."""
+    write_config(folder, config, reference=result.summary)
+    write_report(folder, result)
+
+
 def command(config: LadderConfig) -> None:
     """Run the study and write its folder."""
-    console = Console(stderr=True)
-    with run_folder(config.out, config.force) as folder:
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            result = run(config, progress)
-        summary = {"name": result.reference.name, "uncertainty": result.reference.uncertainty}
-        write_config(folder, config, reference=summary)
-        keep_file(folder, config.robot_of())
-        write_report(folder, result)
+    result = carried_out(config, run, write)
     if config.json:
-        content = {"rows": result.rows, "integrators": result.integrators, "reference": summary}
-        print(to_json(content | {"run": str(config.out)}))
+        lists = {"rows": result.rows, "integrators": result.integrators}
+        print(to_json({**lists, "reference": result.summary, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     print_report(out, result)
     out.print(f"{config.out}: {', '.join(FILES)}, figures/", soft_wrap=True)

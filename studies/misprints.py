@@ -36,7 +36,7 @@ from flexsim.trajectories import Reference, reference, trajectory
 from studies.compare import perturbed
 from studies.crosscheck import BRISK, GENTLE, POSE, tip_difference, trial_torque, undamped
 from studies.misprints_report import LEGEND, energy_figure, table, tip_figure, verdict
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.study import carried_out
 
@@ -295,7 +295,6 @@ def command(config: MisprintsConfig) -> None:
         print(to_json({"rows": result.rows, "details": result.details, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     out.print(LEGEND)
     out.print(table(result.rows))
     out.print(

@@ -190,7 +190,7 @@ def command(config: ModesConfig) -> None:
         print(to_json(vars(result)))
         return
     console = Console()
-    print_differences(config.named.robot_of(), console)
+    print_differences(config.named.robot_of())
     print_modes(result, console)
 
 

@@ -27,7 +27,7 @@ from flexsim.simulate import thread_count
 from studies.distributions import DISTRIBUTIONS, NAMES, Distribution
 from studies.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
 from studies.pid_question_report import question_figure, table, verdict
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.study import carried_out
 from studies.tuning import SEED_MOST, Tuning, distribution_for, problem_of, tune
@@ -241,6 +241,8 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> PidQuest
     config = config.asked()
     result = PidQuestionResult([], [])
     chosen = cases(config)
+    for tuning in {(each.plant, each.setting): each.tuning for each in chosen}.values():
+        problem_of(tuning, config.threads)  # refuses now, not after an hour, what cannot be run
     seeds = range(config.seed, config.seed + config.seeds)
     bar = progress.add_task("searches", total=len(chosen) * len(seeds)) if progress else None
 
@@ -271,7 +273,6 @@ def command(config: PidQuestionConfig) -> None:
         print(to_json({"rows": result.rows, "searches": result.searches, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     out.print(table(result.rows))
     out.print(
         f"{verdict(result.rows)}\n{config.out}: results.csv, searches.csv, figures/",

@@ -38,7 +38,7 @@ from studies.realisations_report import (
     verdict,
 )
 from studies.realisations_response import BAND_HZ, ORDERS, band, response_row, sample_cost
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.study import carried_out
 from studies.tuning import Tuning, distribution_for, problem_of, tune
@@ -252,7 +252,6 @@ def command(config: RealisationsConfig) -> None:
         print(to_json({"rows": result.rows, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     orders = f"orders {min(ORDERS)} to {max(ORDERS)}"
     out.print(f"Error against (j omega)^nu, {orders}, {BAND_HZ[0]:g} to {BAND_HZ[1]:g} Hz;")
     out.print("cost of a sample in the compiled filter")

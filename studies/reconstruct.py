@@ -40,7 +40,7 @@ from studies.reconstruct_report import (
     verdict,
 )
 from studies.reconstruct_variants import QUICK, Variant, variants
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.study import carried_out
 
@@ -283,7 +283,6 @@ def command(config: ReconstructConfig) -> None:
         print(to_json({"rows": result.rows, **parts, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     out.print("Median envelope in mm, assumed modes|chain; †t: all diverge, median time in s;")
     out.print("n%: only so many runs stay bounded; off: mean factor to Table 3")
     out.print(table(result.rows))

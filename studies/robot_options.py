@@ -1,7 +1,7 @@
 """The options `--mjcf` and `--beam` of every command, what they change, and the file they keep.
 
 >>> robot = config.robot_of()
->>> print_differences(robot, Console())       # what the file changes
+>>> print_differences(robot)                  # what the file changes
 >>> keep_file(folder, robot)                  # in the run
 """
 
@@ -50,10 +50,11 @@ class RobotOptions:
         return Robot.of(self.mjcf, self.beam, parameters)
 
 
-def print_differences(robot: Robot, console: Console) -> None:
+def print_differences(robot: Robot, console: Console | None = None) -> None:
     """Print what the robot's file changes, if there is one."""
     if robot.file is None:
         return
+    console = console or Console(highlight=False)
     rows = differences(robot.file)
     if not rows:
         console.print(f"{robot.file.source}: the same robot as the default", highlight=False)

@@ -25,7 +25,7 @@ from rich.progress import Progress
 
 from flexsim.errors import ParameterError
 from studies.genetic import Generation, GeneticSettings, Search
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.screening_draws import Screened, Tally, screened
 from studies.screening_report import screening_figure, screening_table, verdict
@@ -235,7 +235,6 @@ def command(config: ScreeningConfig) -> None:
         print(to_json({"rows": result.rows, "target": result.target, "run": str(config.out)}))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     out.print(screening_table(result.rows))
     if math.isfinite(result.target):
         out.print(

@@ -32,7 +32,7 @@ from flexsim.robot_file import plant_kind
 from flexsim.robots import Plant
 from flexsim.settings import setting
 from flexsim.trajectories import reference, trajectory
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.stability_growth import SLACK, extreme_poses, loop_options
 from studies.stability_maps import StabilityMap, map_figure, screen, stability_map
@@ -274,7 +274,6 @@ def command(config: StabilityConfig) -> None:
         print(to_json(run_at))
         return
     out = Console(highlight=False)
-    print_differences(config.robot_of(), out)
     out.print(table(result.rows))
     for each in result.screens:
         out.print(

@@ -81,7 +81,7 @@ def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> fl
     samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + len(loop.b[0])
     b, a, theta2 = loop.b[None], loop.a[None], loop.sampled.linear.theta2
     states, torques, errors = simulated_errors(plant, theta2, (b, a), options, samples)
-    deviation = states[0].copy()
+    deviation = loop.sampled.linear.state(states[0]).copy()
     deviation[:, 1] -= theta2
     delays = filter_states(loop.b, loop.a, errors[0], torques[0])
     values, vectors = np.linalg.eig(loop.matrix.T)

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.progress import Progress
 
-from studies.robot_options import keep_file
+from studies.robot_options import keep_file, print_differences
 from studies.run_folder import run_folder
 
 Result = TypeVar("Result")
@@ -34,16 +34,18 @@ def carried_out(
 ) -> Result:
     """Return what `run` returns, written by `write` into the configuration's folder.
 
-    The file that the robot is read from is kept beside.
+    What the file of the robot changes is printed first, and the file kept in the run.
 
     Args:
-        config: with `out`, `force` and the options of the robot.
+        config: with `out`, `force`, `json` and the options of the robot.
         run: of the study, with a progress bar. write: the folder's content.
 
     Raises:
         RunError: as `run_folder`; and what the two raise.
     """
     robot = config.robot_of()  # as the file is now, not as it will be when the run ends
+    if not config.json:
+        print_differences(robot)
     with run_folder(config.out, config.force) as folder:
         with progress_bar() as progress:
             result = run(config, progress)

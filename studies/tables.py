@@ -31,7 +31,7 @@ from studies.compare import CASES, PERTURBATION, summary
 from studies.distributions import NAMES
 from studies.figures import paper_envelopes
 from studies.genetic import Generation, Search
-from studies.robot_options import RobotOptions, print_differences
+from studies.robot_options import RobotOptions
 from studies.run_folder import to_json, write_config, write_rows
 from studies.structures import Filters
 from studies.study import carried_out
@@ -301,7 +301,6 @@ def command(config: TablesConfig) -> None:
         lists = {"rows": result.rows, "controllers": result.controllers, "ratios": result.ratios}
         print(to_json({**lists, "run": str(config.out)}))
         return
-    print_differences(config.robot_of(), Console(highlight=False))
     print_report(result.rows, result.controllers, result.ratios)
     files = "results.csv, controllers.csv, ratios.csv, chain.xml, figures/"
     Console(highlight=False).print(f"{config.out}: {files}", soft_wrap=True)

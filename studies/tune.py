@@ -173,6 +173,8 @@ def begin(config: TuneConfig) -> tuple[Record, Problem]:
     draws = screened(tuning, given_draws, problem)
     folder = config.out or DEFAULT_OUT
     tune_folder.start(folder, config.force, tuning, draws, texts_of(tuning, problem, robot))
+    if not config.json:
+        print_differences(robot)
     return Record(tuning, draws, [], len(tune_folder.HEADER)), problem
 
 
@@ -198,6 +200,8 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     tune_folder.check_texts(folder, texts_of(record.tuning, problem, robot))
     draws = screened(record.tuning, record.draws, problem)
     tune_folder.cut(folder, record.size)
+    if not config.json:
+        print_differences(robot)
     return dataclasses.replace(record, draws=draws), problem
 
 
@@ -282,8 +286,6 @@ def command(config: TuneConfig) -> None:
         print(tune_report.as_json(search, len(problem.scenarios), folder, more))
         return
     out = Console(highlight=False)
-    if record.tuning.mjcf is not None:
-        print_differences(Robot.of(folder / ROBOT_FILE), out)
     out.print(tune_report.summary(search), soft_wrap=True)
     if tally:
         out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")

@@ -144,7 +144,7 @@ EDITS = {
     ),
     "hinge aside": (
         edited('<joint name="hinge3"', '<joint name="hinge3" pos="0 0.01 0"'),
-        ("along x",),
+        ("'hinge3'", "along the x-axis"),
     ),
 }
 

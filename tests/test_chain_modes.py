@@ -174,6 +174,41 @@ CANNOT = {
         edited('<inertial pos="0.0385475 0 0"', '<inertial pos="0.0385475 0.01 0"'),
         "body 'segment6' has its centre of mass 0.01 m beside",
     ),
+    "limited torque": (
+        edited('<joint name="joint1"', '<joint name="joint1" actuatorfrcrange="-0.01 0.01"'),
+        "joint 'joint1' has a limited torque",
+    ),
+    "motor with an armature": (
+        edited('joint="joint1" gear="1"', 'joint="joint1" gear="1" armature="0.1"'),
+        "actuator 'motor1' has an armature",
+    ),
+    "motor with a damper": (
+        edited('joint="joint1" gear="1"', 'joint="joint1" gear="1" damping="0.1"'),
+        "actuator 'motor1' has a damping",
+    ),
+    "slow motor": (
+        edited('joint="joint1" gear="1"', 'joint="joint1" gear="1" delay="0.005" nsample="10"'),
+        "actuator 'motor1' has a delay",
+    ),
+    "motor switched off": (
+        edited("<option ", '<option actuatorgroupdisable="0" '),
+        "actuator 'motor1' has a group that is disabled",
+    ),
+    "no springs": (edited('contact="disable"', 'contact="disable" spring="disable"'), "springs"),
+    "no dampers": (edited('contact="disable"', 'contact="disable" damper="disable"'), "dampers"),
+    "no motors": (
+        edited('contact="disable"', 'contact="disable" actuation="disable"'),
+        "actuation",
+    ),
+    "contact pair": (
+        edited('contact="disable" gravity', "gravity")
+        .replace('name="tip"', 'name="tip"')
+        .replace(
+            "<actuator>",
+            '<contact><pair name="knock" geom1="base" geom2="table"/></contact>\n  <actuator>',
+        ),
+        "contact pair 'knock'",
+    ),
     "limited motor": (
         edited('joint="joint1" gear="1"', 'joint="joint1" gear="1" ctrlrange="-1 1"'),
         "actuator 'motor1' has a limited range",
@@ -191,6 +226,28 @@ def test_what_no_mode_has_is_refused_by_name(name: str) -> None:
     chain = load_chain(text=text)
     with pytest.raises(ModelError, match=words):
         AssumedModesPlant.of_chain(chain)
+
+
+def test_mass_beside_the_rigid_link_is_carried() -> None:
+    """The link only turns, so a mass beside it is one at the same distance: 0.25 + 0.0125."""
+    text = edited(
+        '<inertial pos="0 0 0" mass="1" diaginertia="0.25',
+        '<inertial pos="0.1 0.05 0" mass="1" diaginertia="0.25',
+    )
+    assert parameters_of(load_chain(text=text)).I_R0 == pytest.approx(0.25 + 0.1**2 + 0.05**2)
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('joint="joint1" gear="1"', 'joint="joint1" gear="-1"', "'motor1' has the gear -1"),
+        ('joint="joint2" gear="1"', 'joint="joint2" gear="0"', "'motor2' has the gear 0"),
+        ('mass="0.47"', 'mass="0"', "body 'hub' has the mass"),
+    ],
+)
+def test_what_the_robot_cannot_have_names_its_element(old: str, new: str, words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        parameters_of(load_chain(text=edited(old, new)))
 
 
 def test_more_modes_than_hinges_are_refused() -> None:

@@ -126,5 +126,17 @@ def test_differences_name_element_attribute_and_both_values() -> None:
     assert ("beam, as a uniform one", "L [m]", "0.5", "0.6") in shown(EDITS["longer"])
     slower = edited('timestep="0.001"', 'timestep="0.0005"')
     assert shown(slower) == [("option", "timestep [s]", "0.001", "0.0005")]
+    heavy = shown(
+        edited('contact="disable" gravity="disable"', "").replace(
+            "<option ", '<option gravity="0 -9.81 0" density="1.2" '
+        )
+    )
+    assert ("option", "contact disabled", "1", "0") in heavy
+    assert ("option", "gravity [m/s2]", "0 0 0", "0 -9.81 0") in heavy
+    assert ("option", "density [kg/m3]", "0", "1.2") in heavy
+    limited = shown(edited('<joint name="joint1"', '<joint name="joint1" actuatorfrcrange="-1 1"'))
+    assert limited == [("joint1", "actuatorfrcrange [N m]", "0 0", "-1 1")]
+    nameless = shown(EDITS["payload"].replace('<body name="payload" ', "<body "))
+    assert any(row[0] == "body 10 in segment6, added" for row in nameless)
     extra = edited('<site name="hub"/>', '<site name="hub"/><site name="mark" pos="0.01 0 0"/>')
     assert shown(extra) == []  # a mark does not act on the motion
