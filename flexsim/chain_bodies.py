@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -14,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsim.chain import ChainModel
-from flexsim.errors import ModelError
+from flexsim.errors import ModelError, ParameterError
+from flexsim.parameters import Parameters
+from flexsim.rod_model import RodModel
 
 Array = NDArray[np.float64]
 
@@ -64,29 +67,76 @@ def parts(chain: ChainModel) -> tuple[Bodies, Bodies, Bodies]:
 
     The beam begins with the body `root`, or, without one, behind the first hinge.
     """
-    model = chain.model
-    root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
-    heads = (
-        model.jnt_bodyid[0],
-        model.jnt_bodyid[1],
-        root if root >= 0 else model.jnt_bodyid[2],
-    )
-    within = [_subtree(model, int(head)) for head in heads]  # (3, nbody) each within the last
-    beam = within[2]
-    hub = within[1] & ~beam
-    link = within[0] & ~within[1]
+    root = mujoco.mj_name2id(chain.model, mujoco.mjtObj.mjOBJ_BODY, "root")
+    return parted(chain.model, chain.L_R, [root if root >= 0 else int(chain.model.jnt_bodyid[2])])
+
+
+def parted(
+    model: mujoco.MjModel, L_R: float, beam_heads: Sequence[int]
+) -> tuple[Bodies, Bodies, Bodies]:
+    """Return link, hub and beam as `parts`, the beam being these bodies and what they carry."""
+    beam = _carried(model, beam_heads)
+    jointed = _carried(model, [int(model.jnt_bodyid[1])])
+    hub = jointed & ~beam
+    link = _carried(model, [int(model.jnt_bodyid[0])]) & ~jointed
     return (
         _bodies(model, np.flatnonzero(link), 0.0),
-        _bodies(model, np.flatnonzero(hub), chain.L_R),
-        _bodies(model, np.flatnonzero(beam), chain.L_R),
+        _bodies(model, np.flatnonzero(hub), L_R),
+        _bodies(model, np.flatnonzero(beam), L_R),
     )
 
 
-def _subtree(model: mujoco.MjModel, head: int) -> NDArray[np.bool_]:
-    """Return which bodies (nbody,) are the head or carried by it."""
+def robot_of_bodies(
+    bodies: tuple[Bodies, Bodies, Bodies],
+    model: mujoco.MjModel,
+    source: str,
+    L_R: float,
+    clamp: float,
+    L: float,
+    EI: float,
+) -> Parameters:
+    """Return the robot of link, hub and beam, its joints and motors read from the model.
+
+    Raises:
+        ModelError: a quantity is zero that must not be.
+    """
+    link, hub, beam = bodies
+    gears = [float(model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]) for i in range(2)]
+    for element, quantity, value in (
+        ("body 'link1'", "moment of inertia about joint1 [kg m2]", link.about_axis),
+        ("body 'hub'", "mass [kg]", float(hub.mass.sum())),
+        ("body 'hub'", "moment of inertia about joint2 [kg m2]", hub.about_axis),
+        ("motor 'motor1'", "gear", gears[0]),
+        ("motor 'motor2'", "gear", gears[1]),
+    ):
+        if not value > 0:
+            raise ModelError(f"{source}: {element} has the {quantity} {value:g}; give more than 0")
+    try:
+        return Parameters(
+            L_R=L_R,
+            I_R0=link.about_axis,
+            I_H=hub.about_axis,
+            m_H=float(hub.mass.sum()),
+            r=clamp,
+            L=L,
+            rho=float(beam.mass.sum()) / L,
+            EI=EI,
+            F_1=float(model.dof_damping[0]) / gears[0] ** 2 if gears[0] else 0.0,
+            F_2=float(model.dof_damping[1]) / gears[1] ** 2 if gears[1] else 0.0,
+            I_m1=float(model.dof_armature[0]),
+            I_m2=float(model.dof_armature[1]),
+            r_1=gears[0],
+            r_2=gears[1],
+        )
+    except ParameterError as error:
+        raise ModelError(f"{source}: {error}") from None
+
+
+def _carried(model: mujoco.MjModel, heads: Sequence[int]) -> NDArray[np.bool_]:
+    """Return which bodies (nbody,) are one of the heads or carried by one."""
     member = np.zeros(model.nbody, dtype=bool)
     for i in range(model.nbody):  # parents come first
-        member[i] = i == head or (i > 0 and bool(member[model.body_parentid[i]]))
+        member[i] = i in heads or (i > 0 and bool(member[model.body_parentid[i]]))
     return member
 
 
@@ -104,10 +154,15 @@ def _require_on_axis(chain: ChainModel, bodies: Bodies) -> None:
 
 def require_carried(chain: ChainModel) -> None:
     """Raise a ModelError naming the first thing in a file that the assumed modes do not have."""
-    model = chain.model
     _, hub, beam = parts(chain)
     _require_on_axis(chain, hub)
     _require_on_axis(chain, beam)
+    require_linear(chain)
+
+
+def require_linear(arm: ChainModel | RodModel) -> None:
+    """Raise a ModelError for joints, motors, options or surroundings that the modes do not have."""
+    model = arm.model
     checks = (
         ("a spring (stiffness)", model.jnt_stiffness[:2]),
         ("dry friction (frictionloss)", model.dof_frictionloss),
@@ -123,7 +178,7 @@ def require_carried(chain: ChainModel) -> None:
     )
     for what, values in checks:
         for i in np.flatnonzero(values):
-            _refuse(chain, f"joint {model.joint(int(i)).name!r} has {what}")
+            _refuse(arm, f"joint {model.joint(int(i)).name!r} has {what}")
     for what, values in (
         ("a limited range", model.actuator_ctrllimited | model.actuator_forcelimited),
         ("an armature of its own; give the joint one", model.actuator_armature),
@@ -132,15 +187,15 @@ def require_carried(chain: ChainModel) -> None:
         ("a group that is disabled", [_disabled(model, i) for i in range(model.nu)]),
     ):
         for i in np.flatnonzero(values):
-            _refuse(chain, f"actuator {model.actuator(int(i)).name!r} has {what}")
+            _refuse(arm, f"actuator {model.actuator(int(i)).name!r} has {what}")
     for what, bit in (
         ("springs", mujoco.mjtDisableBit.mjDSBL_SPRING),
         ("dampers", mujoco.mjtDisableBit.mjDSBL_DAMPER),
         ("actuation", mujoco.mjtDisableBit.mjDSBL_ACTUATION),
     ):
         if model.opt.disableflags & bit:
-            _refuse(chain, f"the option's flag disables {what}")
-    _require_free_space(chain)
+            _refuse(arm, f"the option's flag disables {what}")
+    _require_free_space(arm)
 
 
 def _disabled(model: mujoco.MjModel, actuator: int) -> bool:
@@ -148,24 +203,25 @@ def _disabled(model: mujoco.MjModel, actuator: int) -> bool:
     return bool(model.opt.disableactuator >> int(model.actuator_group[actuator]) & 1)
 
 
-def _require_free_space(chain: ChainModel) -> None:
+def _require_free_space(arm: ChainModel | RodModel) -> None:
     """Raise a ModelError for contacts, gravity in the plane of motion, and a medium around."""
-    model, options = chain.model, chain.model.opt
+    model, options = arm.model, arm.model.opt
     if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         touching = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
         if model.npair:
-            _refuse(chain, f"the contact pair {model.pair(0).name!r} can touch")
+            _refuse(arm, f"the contact pair {model.pair(0).name!r} can touch")
         if len(touching):
-            _refuse(chain, f"geom {model.geom(int(touching[0])).name!r} can make contact")
+            _refuse(arm, f"geom {model.geom(int(touching[0])).name!r} can make contact")
     if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
         if options.gravity[:2].any():
-            _refuse(chain, f"gravity is {options.gravity} m/s2, not along z")
+            _refuse(arm, f"gravity is {options.gravity} m/s2, not along z")
     if options.density or options.viscosity:
-        _refuse(chain, "the option density or viscosity gives the air a drag")
+        _refuse(arm, "the option density or viscosity gives the air a drag")
 
 
-def _refuse(chain: ChainModel, what: str) -> None:
+def _refuse(arm: ChainModel | RodModel, what: str) -> None:
+    kind = "chain" if isinstance(arm, ChainModel) else "rod"
     raise ModelError(
-        f"{chain.source}: {what}, which the assumed modes cannot carry; remove it, or run the "
-        "chain alone (flexsim drive or tune with --plant chain)"
+        f"{arm.source}: {what}, which the assumed modes cannot carry; remove it, or run the "
+        f"{kind} alone (flexsim drive or tune with --plant {kind})"
     )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -15,8 +16,10 @@ from numpy.typing import NDArray
 from flexsim.chain import ChainModel
 from flexsim.chain_bodies import parts
 from flexsim.errors import ParameterError
+from flexsim.rod_model import RodModel
 
 Array = NDArray[np.float64]
+Arm = TypeVar("Arm", ChainModel, RodModel)
 
 
 def changed(
@@ -48,14 +51,14 @@ def changed(
     return replace(chain, model=model)
 
 
-def with_motors(chain: ChainModel, I_m1: float | None, I_m2: float | None) -> ChainModel:
-    """Return a copy with other armatures of joints 1 and 2 where not None [kg m2]."""
-    model = copy.copy(chain.model)
+def with_motors(arm: Arm, I_m1: float | None, I_m2: float | None) -> Arm:
+    """Return a copy of a chain or rod, with other armatures of its joints where given [kg m2]."""
+    model = copy.copy(arm.model)
     for dof, inertia in enumerate((I_m1, I_m2)):
         if inertia is not None:
             model.dof_armature[dof] = inertia
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    return replace(chain, model=model)
+    return replace(arm, model=model)
 
 
 def _load(model: mujoco.MjModel, body: int, place: Array, mass: float) -> None:

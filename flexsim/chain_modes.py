@@ -21,8 +21,8 @@ from scipy.linalg import eigh
 
 from flexsim.assumed_modes import AssumedModes
 from flexsim.chain import ChainModel, mass_matrix, stiffness_matrix
-from flexsim.chain_bodies import Bodies, parts, require_carried
-from flexsim.errors import ModelError, ParameterError
+from flexsim.chain_bodies import Bodies, parts, require_carried, robot_of_bodies
+from flexsim.errors import ModelError
 from flexsim.parameters import Parameters
 
 Array = NDArray[np.float64]
@@ -126,7 +126,6 @@ def parameters_of(chain: ChainModel) -> Parameters:
         ModelError: a hinge of the beam has no stiffness, or another quantity is zero that must
             not be.
     """
-    link, hub, beam = parts(chain)
     model = chain.model
     for i in range(2, model.nv):
         if model.jnt_stiffness[i] == 0:
@@ -138,37 +137,8 @@ def parameters_of(chain: ChainModel) -> Parameters:
     arm = np.append(0.0, np.cumsum(chain.lengths))
     lever = arm[-1] - arm[:-1]  # (N,) from each hinge to the tip
     compliance = float(np.sum(lever**2 / model.jnt_stiffness[2:]))
-    gears = [float(model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]) for i in range(2)]
-    for element, quantity, value in (
-        ("body 'link1'", "moment of inertia about joint1 [kg m2]", link.about_axis),
-        ("body 'hub'", "mass [kg]", float(hub.mass.sum())),
-        ("body 'hub'", "moment of inertia about joint2 [kg m2]", hub.about_axis),
-        ("motor 'motor1'", "gear", gears[0]),
-        ("motor 'motor2'", "gear", gears[1]),
-    ):
-        if not value > 0:
-            raise ModelError(
-                f"{chain.source}: {element} has the {quantity} {value:g}; give more than 0"
-            )
-    try:
-        return Parameters(
-            L_R=chain.L_R,
-            I_R0=link.about_axis,
-            I_H=hub.about_axis,
-            m_H=float(hub.mass.sum()),
-            r=chain.clamp,
-            L=L,
-            rho=float(beam.mass.sum()) / L,
-            EI=L**3 / (3 * compliance),
-            F_1=float(model.dof_damping[0]) / gears[0] ** 2 if gears[0] else 0.0,
-            F_2=float(model.dof_damping[1]) / gears[1] ** 2 if gears[1] else 0.0,
-            I_m1=float(model.dof_armature[0]),
-            I_m2=float(model.dof_armature[1]),
-            r_1=gears[0],
-            r_2=gears[1],
-        )
-    except ParameterError as error:
-        raise ModelError(f"{chain.source}: {error}") from None
+    EI = L**3 / (3 * compliance)
+    return robot_of_bodies(parts(chain), model, chain.source, chain.L_R, chain.clamp, L, EI)
 
 
 def modes_of_chain(chain: ChainModel, n: int = 3, step: float = 1e-3) -> AssumedModes:

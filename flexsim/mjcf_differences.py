@@ -21,6 +21,10 @@ from flexsim.chain_design import SEGMENTS_LEAST, SEGMENTS_MOST
 from flexsim.chain_modes import parameters_of
 from flexsim.parameters import Parameters
 from flexsim.robots import ChainPlant
+from flexsim.rod import RodPlant
+from flexsim.rod_file import parameters_of_rod
+from flexsim.rod_mjcf import ELEMENTS
+from flexsim.rod_model import RodModel
 
 SEGMENTS = 6  # of the default
 RELATIVE, ABSOLUTE = 1e-9, 1e-12  # below which numbers are the same: files have 12 digits
@@ -68,15 +72,31 @@ class Difference(NamedTuple):
     yours: str
 
 
-def differences(chain: ChainModel) -> list[Difference]:
+def differences(arm: ChainModel | RodModel) -> list[Difference]:
     """Return what a file changes, options first, then bodies, joints, sites, motors, by name."""
+    return _of_rod(arm) if isinstance(arm, RodModel) else _of_chain(arm)
+
+
+def _of_rod(rod: RodModel) -> list[Difference]:
+    elements = len(rod.vertices) - 2
+    default = RodPlant.designed(Parameters(), elements)
+    found = []
+    if elements != ELEMENTS:
+        found.append(Difference("beam", "elements", str(ELEMENTS), str(elements)))
+    found += _beam(default.parameters, parameters_of_rod(rod))
+    return _shared(
+        found + list(_changed(dict(_values(default.rod.model)), dict(_values(rod.model))))
+    )
+
+
+def _of_chain(chain: ChainModel) -> list[Difference]:
     segments = len(chain.lengths)
     tunable = SEGMENTS_LEAST <= segments <= SEGMENTS_MOST
     default = _default(segments if tunable else SEGMENTS)
     found = []
     if segments != SEGMENTS:
         found.append(Difference("beam", "segments", str(SEGMENTS), str(segments)))
-    found += _robot(default.chain, chain)
+    found += _beam(parameters_of(default.chain), parameters_of(chain))
     usual, own = dict(_values(default.chain.model)), dict(_values(chain.model))
     if segments != SEGMENTS:
         usual[("option", "timestep [s]")] = np.array([1e-3])
@@ -90,9 +110,8 @@ def _default(segments: int) -> ChainPlant:
     return ChainPlant.designed(Parameters(), segments)
 
 
-def _robot(default: ChainModel, chain: ChainModel) -> Iterator[Difference]:
+def _beam(usual: Parameters, own: Parameters) -> Iterator[Difference]:
     """Give what changes of the beam as a whole, in the numbers of the equivalent uniform one."""
-    usual, own = parameters_of(default), parameters_of(chain)
     for symbol, unit in BEAM:
         before, after = getattr(usual, symbol), getattr(own, symbol)
         if abs(after / before - 1) > RELATIVE:

@@ -20,10 +20,13 @@ from flexsim.chain import ChainModel, load_chain
 from flexsim.chain_changes import changed, with_motors
 from flexsim.chain_modes import parameters_of
 from flexsim.errors import ParameterError
+from flexsim.mjcf_text import read_mjcf
 from flexsim.parameters import Parameters
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant, stable_modes_step
 from flexsim.rod import RodPlant
+from flexsim.rod_file import is_rod, parameters_of_rod, require_uniform
 from flexsim.rod_mjcf import ELEMENTS
+from flexsim.rod_model import RodModel, load_rod
 from flexsim.settings import Setting
 
 BEAMS = ("file", "analytic")
@@ -38,14 +41,21 @@ class Robot:
 
     Attributes:
         parameters: of the robot without a file.
-        file: the checked MJCF file that is the robot instead, or None.
+        file: the checked MJCF file of a chain that is the robot instead, or None.
         beam: 'file' gives the assumed modes the modes of the file's own chain, 'analytic' those
             of the paper's beam on the file's rigid bodies.
+        rod: the checked MJCF file of a rod, whose uniform beam the parameters then are, or None.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
     file: ChainModel | None = None
     beam: str = "file"
+    rod: RodModel | None = None
+
+    @property
+    def given(self) -> ChainModel | RodModel | None:
+        """The file that the robot is, of either kind."""
+        return self.file or self.rod
 
     @classmethod
     def of(
@@ -69,9 +79,11 @@ class Robot:
             return cls(parameters or Parameters())
         if parameters not in (None, Parameters()):
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
+        if is_rod(read_mjcf(mjcf) if text is None and mjcf is not None else text or ""):
+            rod = load_rod(mjcf, text)
+            return cls(parameters_of_rod(rod), beam=beam, rod=rod)
         file = load_chain(mjcf, text)
-        found = parameters_of(file)
-        return cls(found, file, beam)
+        return cls(parameters_of(file), file, beam)
 
     def changed(self, stiffness: float, density: float, payload: float) -> Robot:
         """Return the robot with its beam's stiffness and density times a factor, and a payload.
@@ -106,12 +118,13 @@ class Robot:
                 the equations do not have.
         """
         chain, own = self._chain(setting), self._parameters(setting)
-        if chain is not None and self.beam == "analytic":
-            paper = Parameters()
-            own = replace(parameters_of(chain), L=paper.L, rho=paper.rho, EI=paper.EI)
-            chain = None
-        elif chain is not None:
+        if chain is not None:
             own = parameters_of(chain)
+        if self.beam == "analytic":
+            paper = Parameters()
+            own, chain = replace(own, L=paper.L, rho=paper.rho, EI=paper.EI), None
+        elif self.rod is not None:
+            require_uniform(self.rod)
         if step is None:
             step = stable_modes_step(own, modes, chain)
         return AssumedModesPlant(own, modes, step, form, name, chain)
@@ -130,6 +143,8 @@ class Robot:
             ParameterError: segments or a step beside a file, which has its own; or out of range.
         """
         chain = self._chain(setting)
+        if self.rod is not None:
+            require_uniform(self.rod)
         if chain is None:
             own = self._parameters(setting)
             return ChainPlant.designed(
@@ -140,10 +155,7 @@ class Robot:
             ("step", step, chain.step),
         ):
             if value is not None and value != its:
-                raise ParameterError(
-                    f"{chain.source} has {what} {its:g}, not {value:g}; leave it out, or edit the "
-                    "file"
-                )
+                _contradicted(chain.source, what, value, its)
         return ChainPlant(parameters_of(chain), chain, name)
 
     def both(
@@ -190,10 +202,37 @@ class Robot:
                 f"plant {name!r} is made from a uniform beam, not from {self.file.source}; "
                 "leave out --mjcf, or choose chain"
             )
+        if kind == "rod" and self.rod is not None:
+            return self._rod_plant(self.rod, setting, size, chain_step, name)
         if kind == "rod":
             rod = RodPlant.designed(self._parameters(setting), size or ELEMENTS, chain_step)
             return replace(rod, name=name)
         return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
+
+    def _rod_plant(
+        self,
+        rod: RodModel,
+        setting: Setting | None,
+        elements: int | None,
+        step: float | None,
+        name: str,
+    ) -> RodPlant:
+        """Return the file's rod, with a setting's motors."""
+        for what, value, its in (
+            ("elements", elements, len(rod.vertices) - 2),
+            ("step", step, rod.step),
+        ):
+            if value is not None and value != its:
+                _contradicted(rod.source, what, value, its)
+        if setting is not None:
+            rod = with_motors(rod, setting.I_m1, setting.I_m2)
+        return RodPlant(self._parameters(setting), rod, name)
+
+
+def _contradicted(source: str, what: str, value: float, its: float) -> None:
+    raise ParameterError(
+        f"{source} has {what} {its:g}, not {value:g}; leave it out, or edit the file"
+    )
 
 
 def plant_kind(name: str) -> tuple[str, int | None]:

@@ -136,6 +136,8 @@ def compared(robot: Robot) -> ModesResult:
 
 def source_of(robot: Robot) -> str:
     """Return the name of a robot's file, as titles have it."""
+    if robot.rod is not None:
+        return f"chain of 6 segments for the beam of {robot.rod.source}"
     return robot.file.source if robot.file is not None else "default chain of 6 segments"
 
 
@@ -206,7 +208,8 @@ def print_modes(result: ModesResult, console: Console) -> None:
     console.print(
         f"Static tip compliance (m/N): exact {compliance['exact']:.6f}, assumed modes "
         f"{compliance['assumed_modes']:.6f}, chain {compliance['chain']:.6f}\n"
-        f"Largest coupling difference, chain to beam: {100 * result.coupling_error_max:.3f} %\n"
+        "Largest of the chain's differences in couplings and compliance: "
+        f"{100 * result.coupling_error_max:.3f} %\n"
         f"Highest frequency (rad/s): assumed modes {result.omega_max['assumed_modes']:.0f}, chain "
         f"{result.omega_max['chain']:.0f}",
         highlight=False,

@@ -52,14 +52,14 @@ class RobotOptions:
 
 def print_differences(robot: Robot, console: Console | None = None) -> None:
     """Print what the robot's file changes, if there is one."""
-    if robot.file is None:
+    if robot.given is None:
         return
     console = console or Console(highlight=False)
-    rows = differences(robot.file)
+    rows = differences(robot.given)
     if not rows:
-        console.print(f"{robot.file.source}: the same robot as the default", highlight=False)
+        console.print(f"{robot.given.source}: the same robot as the default", highlight=False)
         return
-    console.print(f"{robot.file.source} differs from the default:", highlight=False)
+    console.print(f"{robot.given.source} differs from the default:", highlight=False)
     table = Table(box=box.SIMPLE_HEAD)
     for heading, side in (("element", "left"), ("attribute", "left"), ("default", "right")):
         table.add_column(heading, justify=side, overflow="fold")  # type: ignore[arg-type]
@@ -73,10 +73,10 @@ def print_differences(robot: Robot, console: Console | None = None) -> None:
 
 def keep_file(folder: Path, robot: Robot) -> None:
     """Write the robot's file and its differences from the default into a run, if there is one."""
-    if robot.file is None:
+    if robot.given is None:
         return
-    (folder / ROBOT_FILE).write_text(robot.file.text, encoding="utf-8")
+    (folder / ROBOT_FILE).write_text(robot.given.text, encoding="utf-8")
     with (folder / DIFFERENCES_FILE).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Difference._fields)
-        writer.writerows(differences(robot.file))
+        writer.writerows(differences(robot.given))

@@ -153,8 +153,8 @@ def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
     """Return what a run keeps beside its configuration: MJCF and perturbed robots, by file name."""
     texts = {}
     chains = [plant for plant, _ in problem.scenarios if isinstance(plant, ChainPlant)]
-    if robot.file is not None:
-        texts[ROBOT_FILE] = robot.file.text
+    if robot.given is not None:
+        texts[ROBOT_FILE] = robot.given.text
     elif chains:
         texts["chain.xml"] = chains[0].chain.text
     if tuning.perturb:

@@ -89,7 +89,7 @@ class Save:
     @cached_property
     def changes(self) -> list[Difference]:
         """What the file changes of the default."""
-        return differences(self.chain)
+        return differences(self.robot.rod or self.chain)
 
     @property
     def label(self) -> str:
