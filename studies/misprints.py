@@ -6,7 +6,7 @@
 Every misprint alone, all of them and none: the energy that free, undamped motion makes or loses;
 how far the tip strays from the chain's under the torques of `flexsim crosscheck`, over poses and
 amplitudes; and what the closed loop makes of it. The ranges of (39)-(41) cannot be run as printed,
-H would be singular; they are read as 3 <= j <= n+2 throughout.
+H is singular, which is all that their row says; they are read as 3 <= j <= n+2 in all others.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from controllers import TUNED, Controller
 from flexsim.errors import ParameterError
 from flexsim.metrics import envelope_half_width
 from flexsim.motion import Motion
-from flexsim.printed import AS_PRINTED, MISPRINTS, PrintedModes, printed_modes
+from flexsim.printed import AS_PRINTED, MISPRINTS, PrintedModes, printed_mass, printed_modes
 from flexsim.robot_file import Robot
 from flexsim.robots import AssumedModesPlant
 from flexsim.settings import setting
@@ -60,6 +60,7 @@ QUICK_TRACKED = ("circle",)
 QUICK_RUNS = 2
 READINGS = ("none", "print")  # settings of the closed loop
 VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
+RANGES = "(39)-(41) ranges"  # 3 <= j <= n where it is n+2: not a variant, as it cannot run
 
 
 @dataclass(frozen=True)
@@ -227,13 +228,18 @@ def tracking_details(
     return details
 
 
-def summary(name: str, drifts: dict[str, Array], details: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return one variant's row: the worst of its details, infinite where the loop diverged."""
+def summary(
+    name: str, drifts: dict[str, Array], details: list[dict[str, Any]], rank: int
+) -> dict[str, Any]:
+    """Return one variant's row: the worst of its details, infinite where the loop diverged.
+
+    rank: of H, n + 2 where the equations can be solved.
+    """
 
     def worst(case: str, column: str) -> float:
         return max(row[column] for row in details if row["case"] == case)
 
-    row: dict[str, Any] = {"misprint": name}
+    row: dict[str, Any] = {"misprint": name, "rank_of_H": rank}
     row |= {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
     for amplitude in AMPLITUDES:
         for column in ("tip_to_chain", "tip_to_consistent"):
@@ -242,6 +248,15 @@ def summary(name: str, drifts: dict[str, Array], details: list[dict[str, Any]]) 
         row[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
         row[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
     return row
+
+
+def rank_with_printed_ranges(plant: AssumedModesPlant) -> int:
+    """Return the rank of H where (39)-(41) fill rows 3 <= j <= n only, as printed, of n + 2."""
+    H = printed_mass(printed_modes(plant.coefficients), np.array([*POSE, *np.zeros(plant.modes)]))
+    n = plant.modes
+    empty = slice(max(n, 2), None)  # rows n+1, n+2 counted from 1
+    H[empty, :] = H[:, empty] = 0.0
+    return int(np.linalg.matrix_rank(H))
 
 
 def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsResult:
@@ -270,9 +285,12 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
         drifts = {start: free_motion(robot, switches, start, config.modes) for start in STARTS}
         plant = misprinted(robot, switches, config.modes)
         details = driven_details(name, plant, chains) + tracking_details(name, plant, config)
-        result.rows.append(summary(name, drifts, details))
+        result.rows.append(summary(name, drifts, details, config.modes + 2))
         result.details.extend(details)
         result.energy[name] = drifts[DRAWN]
+    rank = rank_with_printed_ranges(plant)
+    blank: dict[str, Any] = dict.fromkeys(result.rows[0])
+    result.rows.append(blank | {"misprint": RANGES, "rank_of_H": rank})
     return result
 
 

@@ -32,6 +32,7 @@ tip     rms to the chain's tip, open loop, worst pose; small and large torques
 env.    envelope in closed loop, worst trajectory; friction none and (47)
 apart   rms to the consistent model's run; for none: to a run whose gains differ
         in the fourth digit, that is, what chance does
+-       as printed, the ranges of (39)-(41) make H singular: nothing can be run
 """
 
 
@@ -66,6 +67,9 @@ def table(rows: Sequence[dict[str, Any]]) -> Table:
     ):  # fmt: skip
         grid.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
+        if row["drift_brisk"] is None:
+            grid.add_row(str(row["misprint"]), *["-"] * 8)
+            continue
         cells = [f"{row[f'drift_{start}']:.0e}" for start in DRIFTS]
         cells += [f"{1e6 * row[f'tip_to_chain_{name}']:.1f}" for name in ("small", "large")]
         cells += [f"{1e3 * row[f'envelope_{name}']:.2f}" for name in ("none", "print")]

@@ -13,12 +13,14 @@ from flexsim.robot_file import Robot
 from studies.crosscheck import tip_difference, trial_torque
 from studies.main import main
 from studies.misprints import (
+    RANGES,
     STARTS,
     VARIANTS,
     MisprintedPlant,
     MisprintsConfig,
     apart,
     free_motion,
+    rank_with_printed_ranges,
     tracked,
 )
 from studies.misprints_report import costliest, energy_figure, table, tip_figure, verdict
@@ -82,6 +84,15 @@ def test_costliest_is_a_single_misprint() -> None:
     assert table(rows).row_count == len(rows)
 
 
+@pytest.mark.parametrize("modes", [1, 2, 3, 5])
+def test_the_printed_ranges_leave_no_motion(modes: int) -> None:
+    """Rows n+1 and n+2 of H are empty, all flexible ones for one mode."""
+    plant = AssumedModesPlant(Parameters(), modes)
+    assert rank_with_printed_ranges(plant) == max(modes, 2)
+    row = {"misprint": "(39)-(41) ranges", "drift_brisk": None, "rank_of_H": 3}
+    assert table([row]).row_count == 1
+
+
 def test_figures_are_written(tmp_path: Path) -> None:
     energy = {name: np.array([0.0, 1e-9, 1e-8]) for name in VARIANTS}
     energy_figure(energy, "bent", 1e-3, tmp_path / "energy.png")
@@ -109,7 +120,7 @@ def test_impossible_numbers_are_one_line(
 def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["misprints", "--quick", "--json", "--out", str(tmp_path / "run")]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
-    assert [row["misprint"] for row in rows] == list(VARIANTS)
+    assert [row["misprint"] for row in rows] == [*VARIANTS, RANGES]
     assert MisprintsConfig(quick=True).runs == 2
     assert {path.name for path in (tmp_path / "run").iterdir()} == {
         "config.json",
