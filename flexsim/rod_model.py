@@ -25,6 +25,7 @@ from flexsim.chain import POSES, STEP_LIMITS, mass_matrix
 from flexsim.chain_checks import require_masses, require_physical
 from flexsim.compiled import compiled
 from flexsim.errors import ModelError
+from flexsim.mjcf_text import read_mjcf
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
 
 Array = NDArray[np.float64]
@@ -93,11 +94,7 @@ def load_rod(path: str | Path | None = None, text: str | None = None) -> RodMode
     """
     source = str(path) if path is not None else "the MJCF text"
     if path is not None:
-        try:
-            text = Path(path).read_text()
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "not text"
-            raise ModelError(f"{path}: cannot read the MJCF file: {reason}") from None
+        text = read_mjcf(path)
     if text is None or not text.strip():
         raise ModelError(f"{source}: no MJCF there; name a file or pass its text")
     with quiet_warnings():
