@@ -23,8 +23,6 @@ from flexsim.parameters import Parameters
 
 Array = NDArray[np.float64]
 
-RK4_LIMIT = 2.8  # omega step on the imaginary axis up to which classical RK4 is stable (2.828)
-
 
 class AssumedModes(NamedTuple):
     """Coefficients of the equations of motion, as the compiled functions read them.

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexsim.assumed_modes import RK4_LIMIT
 from flexsim.chain_checks import (
     require_arm,
     require_hinges,
@@ -31,6 +30,7 @@ from flexsim.compiled import compiled
 from flexsim.errors import ModelError
 from flexsim.mjcf_text import read_mjcf, with_includes
 from flexsim.native import CONTROL, STATE, mj_getState, mj_setState, mj_step, quiet_warnings
+from flexsim.step_limits import RK4_LIMIT, fastest_decay, longest_rk4_step
 
 Array = NDArray[np.float64]
 
@@ -41,8 +41,6 @@ STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
     mujoco.mjtIntegrator.mjINT_IMPLICIT: 2.0,
     mujoco.mjtIntegrator.mjINT_IMPLICITFAST: 2.0,
 }
-DAMPED_LIMIT = 2.61  # radius of the left half-disc inside RK4's region of stability (2.616)
-DAMPED_SHARE = 0.01  # damping ratio from which the disc counts, not the imaginary axis
 POSES = 5  # of joint 2, from stretched to folded
 
 
@@ -214,6 +212,7 @@ def stiffness_matrix(model: mujoco.MjModel) -> Array:
 
 
 def _bent_elbow(model: mujoco.MjModel, theta2: float) -> Array:
+    """Return the configuration (nq,) with joint 2 at theta2 [rad] and the beam straight."""
     qpos = np.zeros(model.nq)
     qpos[1] = theta2
     return qpos
@@ -237,18 +236,11 @@ def highest_frequency(model: mujoco.MjModel) -> float:
     return highest
 
 
-def fastest_decay(model: mujoco.MjModel) -> float:
+def chain_decay(model: mujoco.MjModel) -> float:
     """Return the largest |lambda| of the damped motions of the free chain [1/s], 0 without any."""
-    n = model.nv
-    fastest = 0.0
-    for theta2 in np.linspace(0.0, np.pi, POSES):
-        M = mass_matrix(model, _bent_elbow(model, theta2))
-        force = np.hstack([stiffness_matrix(model), np.diag(model.dof_damping)])
-        A = np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])  # (2 n, 2 n)
-        rates = np.linalg.eigvals(A)
-        damped = rates[-rates.real > DAMPED_SHARE * np.abs(rates)]
-        fastest = max(fastest, float(np.abs(damped).max(initial=0.0)))
-    return fastest
+    K, D = stiffness_matrix(model), np.diag(model.dof_damping)
+    poses = np.linspace(0.0, np.pi, POSES)
+    return fastest_decay((mass_matrix(model, _bent_elbow(model, pose)), D, K) for pose in poses)
 
 
 def longest_step(model: mujoco.MjModel) -> float | None:
@@ -256,18 +248,17 @@ def longest_step(model: mujoco.MjModel) -> float | None:
     integrator = mujoco.mjtIntegrator(model.opt.integrator)
     if integrator not in STEP_LIMITS:
         return None
-    longest = STEP_LIMITS[integrator] / highest_frequency(model)
+    omega = highest_frequency(model)
     if integrator == mujoco.mjtIntegrator.mjINT_RK4:  # the others take the damping implicitly
-        decay = fastest_decay(model)
-        longest = min(longest, DAMPED_LIMIT / decay) if decay else longest
-    return longest
+        return longest_rk4_step(omega, chain_decay(model))
+    return STEP_LIMITS[integrator] / omega
 
 
 def _require_stable_step(model: mujoco.MjModel, source: str) -> None:
     longest, step = longest_step(model), float(model.opt.timestep)
     if longest is not None and step >= longest:
         name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
-        omega, decay = highest_frequency(model), fastest_decay(model)
+        omega, decay = highest_frequency(model), chain_decay(model)
         damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
         raise ModelError(
             f"{source}: timestep {step:g} s is too long for {name} with a highest frequency of "

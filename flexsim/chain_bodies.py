@@ -160,11 +160,14 @@ def require_carried(chain: ChainModel) -> None:
     require_linear(chain)
 
 
-def require_linear(arm: ChainModel | RodModel) -> None:
-    """Raise a ModelError for joints, motors, options or surroundings that the modes do not have."""
+def require_linear(arm: ChainModel | RodModel, joint_springs: bool = False) -> None:
+    """Raise a ModelError for joints, motors, options or surroundings that the modes do not have.
+
+    joint_springs: whether those of joints 1 and 2 are taken, as a linearisation does.
+    """
     model = arm.model
     checks = (
-        ("a spring (stiffness)", model.jnt_stiffness[:2]),
+        ("a spring (stiffness)", model.jnt_stiffness[:2] * (not joint_springs)),
         ("dry friction (frictionloss)", model.dof_frictionloss),
         ("a limited range", model.jnt_limited),
         ("a limited torque (actuatorfrcrange)", model.jnt_actfrclimited),
@@ -222,6 +225,6 @@ def _require_free_space(arm: ChainModel | RodModel) -> None:
 def _refuse(arm: ChainModel | RodModel, what: str) -> None:
     kind = "chain" if isinstance(arm, ChainModel) else "rod"
     raise ModelError(
-        f"{arm.source}: {what}, which the assumed modes cannot carry; remove it, or run the "
-        f"{kind} alone (flexsim drive or tune with --plant {kind})"
+        f"{arm.source}: {what}, which neither the assumed modes nor a linear model carry; remove "
+        f"it, or run the {kind} alone (flexsim drive or tune with --plant {kind})"
     )

@@ -17,7 +17,7 @@ from typing import Any
 
 import numba
 
-CACHES_KEPT = 4  # of other source versions, so that switching branches stays quick
+CACHES_KEPT = 4  # of source versions, this one included, so that switching branches stays quick
 
 
 def _cache_folder() -> Path:

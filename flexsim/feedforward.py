@@ -6,7 +6,8 @@ Friction's dead zone stands in the way: torques inside it move nothing. A dither
 tone at a quarter of the sampling rate, every level of which lies outside the dead zone. The mean
 over its four samples then rises with what is added to it, with the slope mu of (47), while the
 tone itself is too fast for the arm: it shakes the hub by a milliradian or two and the tip by a
-tenth or two of a millimetre.
+tenth or two of a millimetre. Torque limits are not looked at: what the limits of a setting cut off
+is missing from the motion.
 """
 
 from __future__ import annotations

@@ -50,6 +50,12 @@ class Friction:
     def __post_init__(self) -> None:
         if self.law not in LAWS:
             raise ParameterError(f"friction law is {self.law!r}; choose one of {', '.join(LAWS)}")
+        for name in ("dead_zone", "tau_0", "mu", "torque_limit"):
+            if np.shape(getattr(self, name)) != ((2, 2) if name == "dead_zone" else (2,)):
+                pair = "a pair" if name == "dead_zone" else "a number"
+                raise ParameterError(
+                    f"friction {name} is {getattr(self, name)}; give {pair} for each of two joints"
+                )
         for low, high in self.dead_zone:
             if not (-math.inf < low <= 0 <= high < math.inf):
                 raise ParameterError(f"dead zone is ({low}, {high}) N m; give low <= 0 <= high")

@@ -41,13 +41,13 @@ def tip_position(
     )
 
 
-def joint_angles(parameters: Parameters, tip: ArrayLike, elbow_up: bool = True) -> Array:
+def joint_angles(parameters: Parameters, tip: ArrayLike, positive_elbow: bool = True) -> Array:
     """Return the joint angles (K, 2) that put the rigid arm's tip there [rad], continuous in K.
 
     Args:
         parameters: the robot.
         tip: (K, 2) positions [m].
-        elbow_up: the branch with theta2 > 0; otherwise theta2 < 0.
+        positive_elbow: the branch with theta2 > 0; otherwise theta2 < 0.
 
     Raises:
         ParameterError: a point is out of reach, or at a singular pose (arm straight or folded);
@@ -69,7 +69,7 @@ def joint_angles(parameters: Parameters, tip: ArrayLike, elbow_up: bool = True) 
             f"reference point {first} at ({x:.4g}, {y:.4g}) m is {what}; keep its distance from "
             f"joint 1 between {abs(l1 - l2):.4g} and {l1 + l2:.4g} m, ends excluded"
         )
-    theta2 = np.arctan2(sine if elbow_up else -sine, cosine)
+    theta2 = np.arctan2(sine if positive_elbow else -sine, cosine)
     theta1 = np.arctan2(xy[..., 1], xy[..., 0]) - np.arctan2(
         l2 * np.sin(theta2), l1 + l2 * np.cos(theta2)
     )

@@ -14,11 +14,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import block_diag, expm
 
 from flexsim import assumed_modes, chain
+from flexsim.chain_bodies import require_linear
 from flexsim.closed_loop import whole_substeps
 from flexsim.errors import ParameterError
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
@@ -85,10 +87,12 @@ def linearise(
     Args:
         plant: assumed modes of either form, a chain, or a rod.
         theta2: of the pose [rad].
-        joint_damping: (2,) viscous friction of the joints beside the plant's own [N m s/rad].
+        joint_damping: (2,) viscous friction that is taken from the torques at the motors, beside
+            the plant's own at the joints [N m s/rad].
 
     Raises:
         ParameterError: theta2 or the damping is not a finite number, or the plant is another.
+        ModelError: a file has dry friction, a limit or the like, named.
     """
     extra = np.asarray(joint_damping, dtype=float)
     if not math.isfinite(theta2):
@@ -105,7 +109,7 @@ def linearise(
         M, D, K, S, tip = _of_rod(plant, theta2, moving)
     else:
         raise ParameterError(f"plant {plant.name!r} has no linearisation; choose another plant")
-    D[[0, 1], [0, 1]] += extra
+    D[[0, 1], [0, 1]] += extra * np.diag(S[:2])  # friction acts on the motors' torques, as there
     return LinearPlant(M, D, K, S, tip, float(theta2), moving)
 
 
@@ -125,6 +129,7 @@ def _of_modes(plant: AssumedModesPlant, theta2: float) -> tuple[Array, Array, Ar
 
 def _of_chain(plant: ChainPlant, theta2: float) -> tuple[Array, Array, Array, Array, Array]:
     """Return M, D, K, S and tip of the chain, all read from the compiled MJCF."""
+    require_linear(plant.chain, joint_springs=True)
     model, lengths = plant.chain.model, plant.chain.lengths
     pose = np.zeros(model.nq)
     pose[1] = theta2
@@ -148,6 +153,7 @@ def _of_rod(
 
     Along the rod its edges, of constant length, leave a vertex nothing to first order.
     """
+    require_linear(plant.rod, joint_springs=True)
     model = plant.rod.model
     pose = np.zeros(model.nq)
     pose[1] = theta2
@@ -183,20 +189,50 @@ def zero_order_hold(linear: LinearPlant, period: float) -> tuple[Array, Array]:
     return _split(expm(_augmented(linear) * period), len(linear.A))
 
 
-def runge_kutta_hold(linear: LinearPlant, period: float, step: float) -> tuple[Array, Array]:
-    """Return (Ad, Bd) as classical Runge-Kutta with this step moves the plant over one period.
+def stepped_hold(
+    linear: LinearPlant,
+    period: float,
+    step: float,
+    integrator: mujoco.mjtIntegrator = mujoco.mjtIntegrator.mjINT_RK4,
+    held_friction: ArrayLike = (0.0, 0.0),
+) -> tuple[Array, Array]:
+    """Return (Ad, Bd) as the simulation steps the plant over one period, `period/step` times.
 
-    What the simulation does, its damping of the fastest modes included: the exponential's series
-    to fourth order, `period/step` times.
+    RK4 is the exponential's series to fourth order; Euler, implicit and implicitfast are
+    semi-implicit, with the dampers' forces at the end of the step; discrete has the springs' there,
+    too. Their damping of the fastest modes is included.
+
+    Args:
+        integrator: of the plant, see `integrator_of`.
+        held_friction: (2,) viscous friction that takes from the torques at the motors what the
+            joints' rates at the start of a step give [N m s/rad], as `flexsim.friction` does.
 
     Raises:
         ParameterError: the period is no whole multiple of the step.
     """
     substeps = whole_substeps(period, step)
-    X = _augmented(linear) * step
-    one = np.eye(len(X))
-    stages = one + X @ (one + X / 2 @ (one + X / 3 @ (one + X / 4)))
-    return _split(np.linalg.matrix_power(stages, substeps), len(linear.A))
+    m, n = len(linear.M), len(linear.A)
+    if integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        X = _augmented(linear) * step
+        one = np.eye(len(X))
+        X = one + X @ (one + X / 2 @ (one + X / 3 @ (one + X / 4)))
+    else:
+        h, M, D, K = step, linear.M, linear.D, linear.K
+        ahead = M + h * D
+        if integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
+            ahead = ahead + h**2 * K
+        rate = np.linalg.solve(ahead, np.hstack([-h * K, M, h * linear.S]))  # (m, n+2)
+        X = np.vstack([np.eye(m, n + 2) + h * rate, rate, np.eye(2, n + 2, n)])
+    X[:n, m : m + 2] -= X[:n, n:] * np.asarray(held_friction, dtype=float)
+    return _split(np.linalg.matrix_power(X, substeps), n)
+
+
+def integrator_of(plant: Plant) -> mujoco.mjtIntegrator:
+    """Return what steps a plant."""
+    if isinstance(plant, AssumedModesPlant):
+        return mujoco.mjtIntegrator.mjINT_RK4
+    model = plant.rod.model if isinstance(plant, RodPlant) else plant.chain.model  # type: ignore[attr-defined]
+    return mujoco.mjtIntegrator(model.opt.integrator)
 
 
 def _augmented(linear: LinearPlant) -> Array:

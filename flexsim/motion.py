@@ -19,7 +19,7 @@ class Motion:
     reference's; `diverged` is then the time [s] of divergence, otherwise None.
 
     Attributes:
-        plant: 'assumed-modes' or 'chain', as the command line names it.
+        plant: its name, as the command line has it, such as 'assumed-modes' or 'chain:10'.
         time: (K,) [s].
         state: (K, 2 m) generalised positions, then velocities, of the plant itself: theta1, theta2
             [rad], then the modal coordinates [m] or the hinge angles [rad].

@@ -1,4 +1,4 @@
-"""The two plants behind one pair of compiled functions, `physics_step` and `tip_in_hub`.
+"""The plants behind one pair of compiled functions, `physics_step` and `tip_in_hub`.
 
 A plant's state is one array: generalised positions, then velocities, of which the first two are
 theta1 and theta2. Compiled code chooses the plant by the type of its coefficients, so one closed

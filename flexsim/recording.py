@@ -3,8 +3,7 @@
     >>> write_recording(run / "run.rrd", cases, metadata, parameters)    # doctest: +SKIP
     >>> open_recording(run / "run.rrd", web=False)                       # doctest: +SKIP
 
-Columns are sent whole, after the run, on one timeline, `simulation_time`. Only this module,
-`scene` and `blueprint` know rerun.
+Columns are sent whole, after the run, on one timeline, `simulation_time`.
 """
 
 from __future__ import annotations

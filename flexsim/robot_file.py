@@ -17,9 +17,10 @@ from pathlib import Path
 
 from flexsim.beam import beta_lengths
 from flexsim.chain import ChainModel, load_chain
+from flexsim.chain_bodies import parts, require_linear
 from flexsim.chain_changes import changed, with_motors
 from flexsim.chain_modes import parameters_of
-from flexsim.errors import ParameterError
+from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf_text import read_mjcf
 from flexsim.parameters import Parameters
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant, stable_modes_step
@@ -31,6 +32,8 @@ from flexsim.settings import Setting
 
 BEAMS = ("file", "analytic")
 MODES, SEGMENTS = 3, 6
+SAME_LENGTH = 1e-6  # relative
+BALANCED = 1e-9  # [kg m] of the hub about joint 2
 KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")
 PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod[:N]"
 
@@ -121,8 +124,7 @@ class Robot:
         if chain is not None:
             own = parameters_of(chain)
         if self.beam == "analytic":
-            paper = Parameters()
-            own, chain = replace(own, L=paper.L, rho=paper.rho, EI=paper.EI), None
+            own, chain = self._with_papers_beam(own), None
         elif self.rod is not None:
             require_uniform(self.rod)
         if step is None:
@@ -208,6 +210,30 @@ class Robot:
             rod = RodPlant.designed(self._parameters(setting), size or ELEMENTS, chain_step)
             return replace(rod, name=name)
         return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
+
+    def _with_papers_beam(self, own: Parameters) -> Parameters:
+        """Return the robot of a file with the paper's beam, as long as the file's.
+
+        Raises:
+            ModelError: the file has something that no analytic beam takes along.
+        """
+        paper = Parameters()
+        if abs(own.L / paper.L - 1) > SAME_LENGTH and self.given is not None:
+            raise ModelError(
+                f"{self.given.source}: its beam is {own.L:g} m long, the paper's {paper.L:g} m; "
+                "--beam analytic is for files with the paper's length"
+            )
+        if self.file is not None:
+            require_linear(self.file)
+            hub = parts(self.file)[1]
+            if abs(float(hub.mass @ hub.x)) > BALANCED:
+                raise ModelError(
+                    f"{self.file.source}: body 'hub' has its centre of mass beside joint2, which "
+                    "--beam analytic cannot carry; leave it out, or centre the hub"
+                )
+        elif self.rod is not None:
+            require_linear(self.rod)
+        return replace(own, L=paper.L, rho=paper.rho, EI=paper.EI)
 
     def _rod_plant(
         self,

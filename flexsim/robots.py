@@ -3,12 +3,13 @@
     >>> from flexsim import AssumedModesPlant, ChainPlant, Parameters
     >>> plant = AssumedModesPlant(Parameters(), modes=3, step=1e-3)
 
-Both have the same attributes: `name`, `step` [s], `parameters`, `compiled(threads)`,
+All have the same attributes: `name`, `step` [s], `parameters`, `compiled(threads)`,
 `rest_state(theta)` and `observe(states)`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
@@ -19,11 +20,12 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag
 
 from flexsim import assumed_modes, printed
-from flexsim.assumed_modes import RK4_LIMIT, AssumedModes
+from flexsim.assumed_modes import AssumedModes
 from flexsim.beam import mode_shapes
-from flexsim.chain import Chain, ChainModel, Workspaces, load_chain
+from flexsim.chain import Chain, ChainModel, Workspaces, load_chain, longest_step
 from flexsim.chain_design import design_chain, plain_chain
 from flexsim.chain_modes import modes_of_chain, parameters_of, vibration
 from flexsim.errors import ParameterError
@@ -32,13 +34,15 @@ from flexsim.mjcf import chain_mjcf
 from flexsim.native import quiet_warnings
 from flexsim.parameters import Parameters
 from flexsim.printed import PrintedModes
+from flexsim.step_limits import RK4_LIMIT, fastest_decay, longest_rk4_step
 
 Array = NDArray[np.float64]
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
 LONGEST_STEP = 1e-3  # [s] the control period of the paper
 SHORTEST_STEP = 1e-6  # [s] at which frequencies are asked for
-FREE_OVER_CLAMPED = 1.05  # bounds the highest frequency with free joints by that with locked ones
+MARGIN = 1.05  # of a designed chain to the limit of its frequencies
+POSES = np.linspace(0.0, np.pi, 5)  # [rad] of joint 2, from stretched to folded
 MODES_SHOWN = 3  # modal coordinates that the chain's shape is projected on
 
 
@@ -108,11 +112,12 @@ class AssumedModesPlant:
             raise ParameterError(f"form {self.form!r} is unknown; choose consistent or printed")
         if not 0 < self.step < np.inf:
             raise ParameterError(f"physics step is {self.step} s; give more than 0")
-        omega = self.highest_frequency
-        if omega * self.step >= RK4_LIMIT:
+        if self.step >= self.longest_step:
+            omega, decay = self.highest_frequency, self.fastest_decay
+            damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
             raise ParameterError(
                 f"physics step {self.step:g} s is too long for RK4 with {self.modes} modes up to "
-                f"{omega:.0f} rad/s; use less than {RK4_LIMIT / omega:.3g} s"
+                f"{omega:.0f} rad/s{damping}; use less than {self.longest_step:.3g} s"
             )
 
     @classmethod
@@ -138,9 +143,24 @@ class AssumedModesPlant:
     def highest_frequency(self) -> float:
         """Highest natural frequency with both joints free [rad/s], over poses of joint 2."""
         p = self.coefficients
-        poses = np.linspace(0, np.pi, 5)
-        found = [assumed_modes.free_frequencies(p, pose).max(initial=0.0) for pose in poses]
+        found = [assumed_modes.free_frequencies(p, pose).max(initial=0.0) for pose in POSES]
         return float(max(found))
+
+    @property
+    def fastest_decay(self) -> float:
+        """Largest |lambda| of damped motions with both joints free [1/s], 0 without any."""
+        p = self.coefficients
+        D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
+        K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
+        still = np.zeros(self.modes)
+        return fastest_decay(
+            (assumed_modes.mass_matrix(p, np.array([0.0, pose, *still])), D, K) for pose in POSES
+        )
+
+    @property
+    def longest_step(self) -> float:
+        """Step below which RK4 is stable near rest [s]."""
+        return longest_rk4_step(self.highest_frequency, self.fastest_decay)
 
     @cached_property
     def drawn(self) -> tuple[Array, Array]:
@@ -218,9 +238,9 @@ class ChainPlant:
         """
         design = (design_chain if tuned else plain_chain)(parameters, segments)
         if step is None:
-            step = LONGEST_STEP
-            while step * FREE_OVER_CLAMPED * design.frequency[-1] >= RK4_LIMIT:
-                step /= 2
+            model = mujoco.MjModel.from_xml_string(chain_mjcf(parameters, design))
+            bound = RK4_LIMIT / (MARGIN * design.frequency[-1])
+            step = halved(min(bound, longest_step(model) or math.inf))
         text = chain_mjcf(parameters, design, timestep=step)
         return cls(parameters, load_chain(text=text), name)
 
@@ -292,8 +312,13 @@ class ChainPlant:
 def stable_modes_step(parameters: Parameters, modes: int, chain: ChainModel | None = None) -> float:
     """Return 1 ms, halved until RK4 can take the assumed modes with free joints [s]."""
     plant = AssumedModesPlant(parameters, modes, SHORTEST_STEP, chain=chain)
+    return halved(plant.longest_step)
+
+
+def halved(longest: float) -> float:
+    """Return 1 ms, halved until it is below the longest step [s]."""
     step = LONGEST_STEP
-    while step * plant.highest_frequency >= RK4_LIMIT:
+    while step >= longest:
         step /= 2
     return step
 

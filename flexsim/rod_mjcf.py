@@ -26,11 +26,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.assumed_modes import RK4_LIMIT
 from flexsim.chain_design import plain_chain
 from flexsim.errors import ParameterError
 from flexsim.mjcf import BENT_TIP, HOME, _actuators, _beam, _defaults, _f, _looks, _worldbody
 from flexsim.parameters import Parameters
+from flexsim.step_limits import RK4_LIMIT
 
 Array = NDArray[np.float64]
 

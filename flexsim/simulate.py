@@ -49,8 +49,8 @@ def loop_of(
         weights: of x, y and v in the index (5).
 
     Raises:
-        ParameterError: the control period is no whole multiple of the physics step, or the weights
-            are not three finite numbers.
+        ParameterError: the control period is no whole multiple of the physics step, the weights
+            are not three finite numbers, or v_gain is not finite.
     """
     if len(reference.time) < 2:
         raise ParameterError("the reference has one sample only; use a shorter control period")
@@ -58,6 +58,8 @@ def loop_of(
     importance = np.asarray(weights, dtype=float)
     if importance.shape != (3,) or not (np.isfinite(importance).all() and (importance >= 0).all()):
         raise ParameterError(f"index weights are {weights!r}; give three finite numbers, 0 or more")
+    if not np.isfinite(v_gain):
+        raise ParameterError(f"v_gain is {v_gain}; give a finite number, -1 in the paper")
     p = plant.parameters
     return Loop(
         period=period,

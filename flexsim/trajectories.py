@@ -24,6 +24,9 @@ SHAPES = ("line", "two-loop", "circle")
 TIME_LAWS = ("quintic", "constant-speed")
 
 
+WHOLE = 1e-6  # of a period: what rounding makes of a whole number of them
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """A path, its time law and a hold at its end.
@@ -114,7 +117,7 @@ def reference(trajectory: Trajectory, parameters: Parameters, period: float = 1e
     """
     if not 0 < period < math.inf:
         raise ParameterError(f"control period is {period} s; give more than 0")
-    samples = round(trajectory.end_time / period)
+    samples = math.ceil(trajectory.end_time / period - WHOLE)  # the end is in the last period
     time = period * np.arange(samples + 1, dtype=float)
     tip = trajectory.at(time)
     try:

@@ -15,7 +15,6 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from flexsim.assumed_modes import RK4_LIMIT
 from flexsim.beam import modal_integrals
 from flexsim.chain import highest_frequency
 from flexsim.chain_design import ChainDesign, design_chain, plain_chain
@@ -23,6 +22,7 @@ from flexsim.chain_linear import Array
 from flexsim.errors import ParameterError
 from flexsim.mjcf import chain_mjcf, write_chain
 from flexsim.parameters import Parameters
+from flexsim.step_limits import RK4_LIMIT
 
 MODES = 3  # compared with the beam's
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend

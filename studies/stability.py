@@ -63,8 +63,8 @@ class StabilityConfig(RobotOptions):
     """Setting whose motors and small-signal friction apply: none, print, joint, reconstructed."""
     torque_gain: tuple[float, float] | None = None
     """Effective over commanded torque of both joints; the setting's own unless given."""
-    hold: str = "rk4"
-    """How a period is stepped: rk4 (as the simulation) or exact."""
+    hold: str = "stepped"
+    """How a period is gone through: stepped (as in the simulation) or exact."""
     slack: float = SLACK
     """Growth that a loop called stable may have [1/s]; the undamped beam decays no faster."""
     map_points: int = 31
@@ -204,8 +204,8 @@ def row(
         "stable": loop.growth_rate <= slack,
         "spectral_radius": loop.spectral_radius,
         "growth_exact": loops["exact"].growth_rate,
-        "growth_rk4": loops["rk4"].growth_rate,
-        "growth_simulated": simulated_growth(plant, loops["rk4"], options),
+        "growth_stepped": loops["stepped"].growth_rate,
+        "growth_simulated": simulated_growth(plant, loops["stepped"], options),
     }
     for joint in (0, 1):
         at = margins(loop, joint)
@@ -257,7 +257,7 @@ def table(rows: list[dict[str, Any]]) -> Table:
         grid.add_row(
             f"{each['plant'].removeprefix('assumed-')}: {each['controllers']}",
             f"{each['theta2']:.2f}",
-            f"{each['growth_rk4']:+.2g}" + mark * (each["hold"] == "rk4"),
+            f"{each['growth_stepped']:+.2g}" + mark * (each["hold"] == "stepped"),
             "-" if simulated is None else f"{simulated:+.2g}",
             f"{each['growth_exact']:+.2g}" + mark * (each["hold"] == "exact"),
             *(f"{each[f'gain_low_{j}']:.1g}-{each[f'gain_high_{j}']:.2g}" for j in (1, 2)),
@@ -282,9 +282,9 @@ def command(config: StabilityConfig) -> None:
             f"{100 * each['agreement']:.1f} % of {each['compared']}"
         )
     out.print(
-        "Growth of the slowest-decaying motion [1/s] as RK4 steps it, ! above the slack; as the\n"
-        "nonlinear simulation shows it; without RK4's damping. Gains: factors of the loop gain of\n"
-        f"a joint at which a pole crosses the unit circle. {config.out}: results.csv, figures/ "
-        f"({time.perf_counter() - start:.0f} s)",
+        "Growth of the slowest-decaying motion [1/s] as stepped, ! above the slack; as the\n"
+        "nonlinear simulation shows it; without the steps' damping. Gains: factors of the loop\n"
+        "gain of a joint at which a pole crosses the unit circle.\n"
+        f"{config.out}: results.csv, figures/ ({time.perf_counter() - start:.0f} s)",
         soft_wrap=True,
     )

@@ -35,7 +35,7 @@ def extreme_poses(ref: Reference) -> list[float]:
 def loop_options(
     friction: Friction,
     period: float,
-    hold: str = "rk4",
+    hold: str = "stepped",
     torque_gain: tuple[float, float] | None = None,
 ) -> LoopOptions:
     """Return how a loop is linearised: with the friction's slopes, or with the torque gain given.

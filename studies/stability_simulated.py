@@ -25,9 +25,12 @@ OUTGROWN = 10.0  # times the initial error: no decaying motion is so large so la
 
 
 def linear_friction(options: LoopOptions) -> Friction:
-    """Return (47) without dead zone and offset: a torque gain per joint and nothing else."""
+    """Return friction without dead zone and offset: a torque gain or a viscous one per joint."""
     none = ((0.0, 0.0), (0.0, 0.0))
-    return Friction("print", dead_zone=none, tau_0=(0.0, 0.0), mu=options.torque_gain)
+    law, slope = ("print", options.torque_gain)
+    if any(options.joint_damping):
+        law, slope = ("joint", options.joint_damping)
+    return Friction(law, dead_zone=none, tau_0=(0.0, 0.0), mu=slope)
 
 
 def still(plant: Plant, theta2: float, period: float, samples: int, offset: float) -> Reference:
@@ -69,13 +72,13 @@ def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> fl
     eigenvector; if the linear model holds, that is one exponential, else it is none at all.
 
     Args:
-        plant: either. loop: as 'rk4' steps it. options: without joint damping.
+        plant: any. loop: 'stepped'. options: as the loop has them.
 
     Returns:
-        The fitted rate; None where viscous joint friction is part of the linear model, which the
-        simulation applies differently (held over a step).
+        The fitted rate; None where both a torque gain and joint damping are given, which no law of
+        friction has.
     """
-    if any(options.joint_damping):
+    if any(options.joint_damping) and options.torque_gain != (1.0, 1.0):
         return None
     rate = max(abs(loop.growth_rate), 1e-9)
     samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + len(loop.b[0])

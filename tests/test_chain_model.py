@@ -12,6 +12,7 @@ import pytest
 
 from controllers import TUNED
 from flexsim import ChainPlant, DivergenceError, ModelError, Parameters, load_chain
+from flexsim.beam import mode_shapes
 from flexsim.chain import chain_tip, highest_frequency, mass_matrix, stiffness_matrix
 from flexsim.chain_changes import with_motors
 from flexsim.settings import setting
@@ -429,3 +430,18 @@ def test_divergence_is_quiet_and_never_reset(
     assert lost.diverged is not None and lost.diverged < 1.0
     assert len(lost.time) < len(calm.time) and np.isfinite(lost.tip).all()
     assert capfd.readouterr() == ("", "") and not list(tmp_path.iterdir())
+
+
+def test_projection_is_the_integral_of_the_chain_with_a_mode() -> None:
+    """eta_i = (1/L) int chi_i v dx of the polyline, by a fine sum of its own."""
+    plant = ChainPlant.designed(P)
+    rng = np.random.default_rng(4)
+    states = np.hstack([0.2 * rng.standard_normal((3, 8)), np.zeros((3, 8))])
+    _, across = plant.shape(states)
+    nodes = np.concatenate([[0.0], plant.chain.hinges, [P.L]]) / P.L
+    x = (np.arange(200_000) + 0.5) / 200_000
+    found = plant.observe(states, energy=False).modal
+    for k in range(3):
+        bent = np.interp(x, nodes, across[k])
+        wanted = mode_shapes(3, x).T @ bent / len(x)
+        assert found[k] == pytest.approx(wanted, rel=1e-6, abs=1e-9)

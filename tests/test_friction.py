@@ -1,6 +1,7 @@
 """Limit, dead zone and friction: Table 4 by hand, signs, edges; the named settings."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -157,3 +158,17 @@ def test_numbers_that_cannot_be_used_are_errors_naming_them(
 ) -> None:
     with pytest.raises(ParameterError, match=what):
         Friction("joint", **change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"tau_0": (1.0,)},
+        {"mu": (1.0, 2.0, 3.0)},
+        {"torque_limit": (1.0,)},
+        {"dead_zone": ((-1.0, 1.0),)},
+    ],
+)
+def test_numbers_of_one_joint_or_three_are_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ParameterError, match=next(iter(wrong))):
+        Friction(**wrong)

@@ -21,21 +21,25 @@ def wrapped(difference: np.ndarray) -> np.ndarray:
     return np.asarray((difference + np.pi) % (2 * np.pi) - np.pi)
 
 
-@given(theta1=angle, theta2=elbow, elbow_up=st.booleans())
-def test_inverse_undoes_forward(theta1: float, theta2: float, elbow_up: bool) -> None:
-    theta = np.array([[theta1, theta2 if elbow_up else -theta2]])
-    found = joint_angles(PARAMETERS, tip_position(PARAMETERS, theta), elbow_up)
+@given(theta1=angle, theta2=elbow, positive_elbow=st.booleans())
+def test_inverse_undoes_forward(theta1: float, theta2: float, positive_elbow: bool) -> None:
+    theta = np.array([[theta1, theta2 if positive_elbow else -theta2]])
+    found = joint_angles(PARAMETERS, tip_position(PARAMETERS, theta), positive_elbow)
     assert np.abs(wrapped(found - theta)).max() < NEAR_STRAIGHT
 
 
-@given(radius=st.floats(L2 - L1 + 1e-4, L1 + L2 - 1e-4), direction=angle, elbow_up=st.booleans())
+@given(
+    radius=st.floats(L2 - L1 + 1e-4, L1 + L2 - 1e-4),
+    direction=angle,
+    positive_elbow=st.booleans(),
+)
 def test_forward_undoes_inverse_on_the_branch_asked_for(
-    radius: float, direction: float, elbow_up: bool
+    radius: float, direction: float, positive_elbow: bool
 ) -> None:
     tip = radius * np.array([[np.cos(direction), np.sin(direction)]])
-    theta = joint_angles(PARAMETERS, tip, elbow_up)
+    theta = joint_angles(PARAMETERS, tip, positive_elbow)
     np.testing.assert_allclose(tip_position(PARAMETERS, theta), tip, atol=ROUNDING)
-    assert (theta[0, 1] > 0) == elbow_up
+    assert (theta[0, 1] > 0) == positive_elbow
 
 
 def test_known_poses() -> None:

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexsim import ParameterError, Parameters
+from flexsim import ModelError, ParameterError, Parameters
 from flexsim.assumed_modes import free_frequencies
 from flexsim.chain import load_chain
 from flexsim.exact import joint_free_frequencies
-from flexsim.linear import linearise, runge_kutta_hold, zero_order_hold
+from flexsim.friction import Friction
+from flexsim.linear import integrator_of, linearise, stepped_hold, zero_order_hold
 from flexsim.robots import AssumedModesPlant, ChainPlant, Plant
-from flexsim.settings import setting
+from flexsim.settings import Setting, setting
 from flexsim.simulate import drive
 
 PARAMETERS = Parameters()
@@ -41,9 +42,11 @@ def frequencies(A: np.ndarray) -> np.ndarray:
     return found[4:][::2]
 
 
-def one_period(plant: Plant, theta2: float) -> tuple[np.ndarray, np.ndarray]:
+def one_period(
+    plant: Plant, theta2: float, how: Setting | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Measured (Ad, Bd): what the nonlinear plant makes of tiny deviations in a period."""
-    rest = plant.rest_state((0.3, theta2))
+    rest, chosen = plant.rest_state((0.3, theta2)), how or setting("none")
     n = len(rest)
     A, B = np.empty((n, n)), np.empty((n, 2))
     for j in range(n):
@@ -51,12 +54,12 @@ def one_period(plant: Plant, theta2: float) -> tuple[np.ndarray, np.ndarray]:
         for sign in (1, -1):
             start = rest.copy()
             start[j] += sign * TINY
-            ends.append(drive(plant, setting("none"), np.zeros((1, 2)), state=start).state[1])
+            ends.append(drive(plant, chosen, np.zeros((1, 2)), state=start).state[1])
         A[:, j] = (ends[0] - ends[1]) / (2 * TINY)
     for j in range(2):
         torque = np.zeros((1, 2))
         torque[0, j] = TINY_TORQUE
-        B[:, j] = (drive(plant, setting("none"), torque, state=rest).state[1] - rest) / TINY_TORQUE
+        B[:, j] = (drive(plant, chosen, torque, state=rest).state[1] - rest) / TINY_TORQUE
     return A, B
 
 
@@ -85,9 +88,9 @@ def test_exact_hold_is_one_period_of_the_nonlinear_plant(fine: Plant, theta2: fl
     assert mismatch(B, measured[1]) < AGREEMENT
 
 
-def test_runge_kutta_hold_is_one_period_as_simulated(plant: Plant) -> None:
+def test_stepped_hold_is_one_period_as_simulated(plant: Plant) -> None:
     linear = linearise(plant, 1.2)
-    found = runge_kutta_hold(linear, PERIOD, plant.step)
+    found = stepped_hold(linear, PERIOD, plant.step)
     measured = one_period(plant, 1.2)
     assert mismatch(found[0], measured[0]) < AGREEMENT
     assert mismatch(found[1], measured[1]) < AGREEMENT
@@ -95,11 +98,40 @@ def test_runge_kutta_hold_is_one_period_as_simulated(plant: Plant) -> None:
     assert mismatch(exact, measured[0]) > 100 * AGREEMENT  # a step of 1 ms is not exact
 
 
-def test_runge_kutta_hold_converges_with_fourth_order(plant: Plant) -> None:
+@pytest.mark.parametrize("name", ["Euler", "implicit", "implicitfast", "discrete"])
+def test_other_integrators_are_held_as_they_step(name: str) -> None:
+    text = ChainPlant.designed(PARAMETERS).chain.text
+    text = text.replace('integrator="RK4"', f'integrator="{name}"')
+    text = text.replace('<joint damping="0"/>', '<joint damping="0.003"/>')
+    plant = ChainPlant(PARAMETERS, load_chain(text=text))
+    linear = linearise(plant, 1.2)
+    measured = one_period(plant, 1.2)
+    found = stepped_hold(linear, PERIOD, plant.step, integrator_of(plant))
+    assert mismatch(found[0], measured[0]) < AGREEMENT
+    assert mismatch(found[1], measured[1]) < AGREEMENT
+    assert mismatch(stepped_hold(linear, PERIOD, plant.step)[0], measured[0]) > 100 * AGREEMENT
+
+
+@pytest.mark.parametrize("gear", [1.0, 2.0])
+def test_viscous_joint_friction_is_held_as_simulated(gear: float) -> None:
+    """It is taken from the motors' torques once per step, and so counts times the transmission."""
+    plant = AssumedModesPlant(replace(PARAMETERS, r_1=gear, r_2=gear), step=PERIOD / 2)
+    mu = (0.2, 0.05)
+    none = ((0.0, 0.0), (0.0, 0.0))
+    law = Friction("joint", dead_zone=none, tau_0=(0.0, 0.0), mu=mu)
+    measured = one_period(plant, 1.2, Setting("viscous", law, "of the test"))
+    linear = linearise(plant, 1.2)
+    found = stepped_hold(linear, PERIOD, plant.step, held_friction=mu)
+    assert mismatch(found[0], measured[0]) < AGREEMENT
+    without = stepped_hold(linear, PERIOD, plant.step)
+    assert mismatch(without[0], measured[0]) > 100 * AGREEMENT
+
+
+def test_stepped_hold_converges_with_fourth_order(plant: Plant) -> None:
     linear = linearise(plant, 1.2)
     exact = zero_order_hold(linear, PERIOD)[0]
     steps = PERIOD / np.array([4, 8, 16])
-    error = [mismatch(runge_kutta_hold(linear, PERIOD, h)[0], exact) for h in steps]
+    error = [mismatch(stepped_hold(linear, PERIOD, h)[0], exact) for h in steps]
     order = np.polyfit(np.log(steps), np.log(error), 1)[0]
     assert order == pytest.approx(4, abs=0.1)
 
@@ -122,6 +154,8 @@ def test_joint_damping_and_transmissions_count(plant: Plant) -> None:
     assert np.diag(damped.D - plain.D)[:2] == pytest.approx([0.3, 0.2])
     assert np.array_equal(plain.K, damped.K)
     geared = AssumedModesPlant(replace(PARAMETERS, r_1=5.0, r_2=2.0))
+    rubbed = linearise(geared, 1.0, (0.3, 0.2)).D - linearise(geared, 1.0).D
+    assert np.diag(rubbed)[:2] == pytest.approx([1.5, 0.4])
     assert linearise(geared, 1.0).S[:2].tolist() == [[5.0, 0.0], [0.0, 2.0]]
 
 
@@ -143,4 +177,25 @@ def test_numbers_that_cannot_be_used_are_refused(modes_plant: AssumedModesPlant)
         with pytest.raises(ParameterError, match="period"):
             zero_order_hold(linear, period)
     with pytest.raises(ParameterError, match="multiple"):
-        runge_kutta_hold(linear, 1e-3, 3e-4)
+        stepped_hold(linear, 1e-3, 3e-4)
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('<joint name="hinge3"', '<joint name="hinge3" frictionloss="0.3"', "dry friction"),
+        ('<joint name="hinge3"', '<joint name="hinge3" springref="0.2"', "not at rest"),
+        ('gravity="disable"', "", "gravity is"),
+    ],
+)
+def test_what_no_matrix_holds_is_refused(old: str, new: str, words: str) -> None:
+    text = ChainPlant.designed(PARAMETERS).chain.text.replace(old, new)
+    text = text.replace("<option ", '<option gravity="0 -9.81 0" ')
+    with pytest.raises(ModelError, match=words):
+        linearise(ChainPlant(PARAMETERS, load_chain(text=text)))
+
+
+def test_springs_at_the_joints_are_in_the_matrices() -> None:
+    text = ChainPlant.designed(PARAMETERS).chain.text
+    sprung = text.replace('<joint name="joint1"', '<joint name="joint1" stiffness="2"')
+    assert linearise(ChainPlant(PARAMETERS, load_chain(text=sprung))).K[0, 0] == 2.0

@@ -80,6 +80,33 @@ def test_the_papers_beam_on_the_files_rigid_bodies() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (EDITS["longer"], "its beam is 0.6 m long, the paper's 0.5 m"),
+        (
+            edited('<inertial pos="0 0 0" mass="0.47"', '<inertial pos="0.03 0 0" mass="0.47"'),
+            "'hub' has its centre of mass beside joint2",
+        ),
+        (
+            edited('<joint name="hinge3"', '<joint name="hinge3" frictionloss="0.1"'),
+            "'hinge3' has dry friction",
+        ),
+    ],
+)
+def test_what_the_papers_beam_cannot_stand_in_for_is_refused(text: str, words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        Robot.of(text=text, beam="analytic").modes_plant()
+
+
+@pytest.mark.parametrize("F_2", [5.0, 20.0])
+def test_steps_are_halved_for_damped_joints_too(F_2: float) -> None:
+    modes, chain = Robot(Parameters(F_2=F_2)).both()
+    assert modes.step <= 5e-4 and chain.step <= 5e-4
+    with pytest.raises(ParameterError, match="damping at"):
+        AssumedModesPlant(Parameters(F_2=F_2))
+
+
 def test_what_contradicts_a_file_is_refused() -> None:
     robot = Robot.of(text=DEFAULT)
     with pytest.raises(ParameterError, match="has segments 6, not 8; leave it out"):

@@ -137,7 +137,7 @@ def test_the_linear_rod_has_the_rods_frequencies() -> None:
 
 def test_the_linear_loop_grows_as_the_rods_simulation_does() -> None:
     plant = RodPlant.designed(Parameters())
-    options: LoopOptions = loop_options(setting("none").friction, 1e-3, "rk4", None)
+    options: LoopOptions = loop_options(setting("none").friction, 1e-3, "stepped", None)
     b, a = stack_filters([TUNED["circle"].filters(1e-3)])
     loop = linear_loop(plant, 1.55, b, a, options)
     simulated = simulated_growth(plant, loop, options)

@@ -105,7 +105,7 @@ def test_growth_is_the_linear_loops(circle):
     ]
     plant, chosen = problem.scenarios[0]
     options = loop_options(chosen.friction, tuning.period)
-    assert (options.torque_gain, options.hold) == ((0.2585, 1.0231), "rk4")  # slope of (47)
+    assert (options.torque_gain, options.hold) == ((0.2585, 1.0231), "stepped")  # slope of (47)
     b, a = stack_filters([controller.filters(1e-3)])
     loops = [linear_loop(plant, x, b, a, options) for x in extreme_poses(problem.reference)]
     expected = max(loop.spectral_radius for loop in loops)

@@ -161,3 +161,11 @@ def test_path_out_of_reach_names_trajectory_and_point(change: dict[str, Any], wh
 def test_impossible_period_is_an_error_naming_it(period: float) -> None:
     with pytest.raises(ParameterError, match=f"control period is {period}"):
         reference(trajectory("line"), PARAMETERS, period)
+
+
+def test_a_period_that_does_not_divide_the_end_covers_it() -> None:
+    line = trajectory("line")
+    for period in (1e-3, 2e-3, 3.3e-3, 7e-3):
+        last = reference(line, Parameters(), period).time[-1]
+        assert line.end_time - 1e-9 <= last < line.end_time + period
+    assert len(reference(line, Parameters(), 1e-3).time) == 5001

@@ -259,8 +259,30 @@ def test_less_friction_leaves_less_error(modes_plant: AssumedModesPlant) -> None
         chosen = replace(setting("joint"), friction=scaled)
         motion = closed_loop(modes_plant, chosen, ref_scaled, [HOLDING], energy=False)[0]
         left.append(measures(motion, ref_scaled)["envelope"])
-    assert left[0] < 0.1 * left[1] * 3 < left[2]
+    assert left[0] < 0.3 * left[1] < 0.3 * left[2] * 0.5  # measured: 0.2, 2.5, 9.7 mm
     assert dead_zone_error(HOLDING, Friction("none")).tolist() == [0.0, 0.0]
+
+
+def test_an_elbow_bent_the_other_way_is_shaped_alike(modes_plant: AssumedModesPlant) -> None:
+    ref, mirror = path("circle"), np.array([1.0, -1.0])
+    other = Reference(ref.time, ref.tip * mirror, -ref.joint)
+    assert (other.joint[:, 1] < 0).all()
+    shaped = shaped_reference(other, modes_plant)
+    assert shaped.joint == pytest.approx(-shaped_reference(ref, modes_plant).joint, abs=1e-9)
+
+
+@pytest.mark.parametrize("v_gain", [0.0, 1.0])
+def test_the_loops_reading_of_v_is_in_the_reference(
+    modes_plant: AssumedModesPlant, v_gain: float
+) -> None:
+    ref = path("circle")
+    motion = true_tip_motion(ref, modes_plant)
+    first = round(REST / PERIOD)
+    rows = slice(first, first + len(ref.time))
+    wanted = motion.q[rows, 1] + v_gain * np.arctan(motion.v[rows] / PARAMETERS.reach)
+    shaped = shaped_reference(ref, modes_plant, v_gain=v_gain)
+    assert shaped.joint[:, 1] == pytest.approx(wanted, abs=1e-12)
+    assert np.abs(motion.v).max() > 1e-3
 
 
 def test_the_printed_equations_can_be_inverted_too() -> None:
