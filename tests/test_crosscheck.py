@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from edits import EDITS
+from edits import DEFAULT, EDITS
 
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, load_chain
 from studies.crosscheck import (
@@ -107,7 +107,22 @@ def test_both_plants_follow_an_edited_file(edit: str, tmp_path: Path) -> None:
     assert failures(tmp_path, EDITS[edit], "file") == []
 
 
-@pytest.mark.parametrize("edit", ["payload", "soft hinge", "longer"])
+@pytest.mark.parametrize("factor", [0.25, 4.0])
+def test_softer_and_stiffer_beams_hold(factor: float, tmp_path: Path) -> None:
+    def scaled(match: re.Match[str]) -> str:
+        return f'stiffness="{factor * float(match[1])!r}"'
+
+    step = 'timestep="0.0005"' if factor > 1 else 'timestep="0.001"'
+    text = re.sub(r'stiffness="([^"]*)"', scaled, DEFAULT).replace('timestep="0.001"', step)
+    assert failures(tmp_path, text, "file") == []
+
+
+def test_a_transmission_holds(tmp_path: Path) -> None:
+    twice = edited('joint="joint1" gear="1"', 'joint="joint1" gear="2"')
+    assert failures(tmp_path, twice, "file") == []
+
+
+@pytest.mark.parametrize("edit", ["payload", "soft hinge"])
 def test_the_papers_beam_does_not_follow(edit: str, tmp_path: Path) -> None:
     """Negative control: the same limits find that the equations are of another beam."""
     failed = failures(tmp_path, EDITS[edit])
