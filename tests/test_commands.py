@@ -9,6 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from studies.compare import CompareConfig, plants_of, run_task, tasks
+from studies.compare_report import true_tip_table
 from studies.crosscheck import trial_torque
 from studies.main import main
 
@@ -32,7 +34,7 @@ def printed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> Any:
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a comparison with few perturbations."""
     folder = tmp_path_factory.mktemp("runs") / "compare"
-    assert main(["compare", "--out", str(folder), "--perturbations", "2", "--true-tip"]) == 0
+    assert main(["compare", "--out", str(folder), "--perturbations", "2"]) == 0
     return folder
 
 
@@ -42,7 +44,7 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 
 def test_compare_has_every_case_on_both_plants(run: Path) -> None:
-    rows = [row for row in rows_of(run) if row["group"] != "true tip"]
+    rows = rows_of(run)
     cases = {(row["controllers"], row["trajectory"], row["plant"], row["setting"]) for row in rows}
     assert len(rows) == len(cases) == 16
     pairs = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
@@ -88,9 +90,16 @@ def test_same_seed_same_rows_on_one_thread(
         assert {"rms_error", "max_v", "paper_simulation"} <= set(row)
 
 
-def test_references_for_the_true_tip(run: Path) -> None:
+def test_references_for_the_true_tip() -> None:
     """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
-    rows = [row for row in rows_of(run) if row["group"] == "true tip"]
+    config = CompareConfig(perturbations=1, true_tip=True)
+    rows = [
+        run_task(task, plant, config)[0]
+        for task in tasks(config)
+        if task.group == "true tip"
+        for plant in plants_of(config, task.setting)
+    ]
+    assert true_tip_table(rows).row_count == 6 + 3 * 2 + 3 * 3
     assert len(rows) == 2 * 3 * (2 + 3)
     envelope = {
         (row["trajectory"], row["setting"], row["plant"], row["reference"]): float(row["envelope"])
