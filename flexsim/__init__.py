@@ -12,16 +12,17 @@
 ...     print(plant.name, measures(motion, circle)["envelope"])
 """
 
-from flexsim.chain import load_chain
+from flexsim.arm.parameters import Parameters
 from flexsim.errors import DivergenceError, FlexsimError, ModelError, ParameterError, RunError
-from flexsim.friction import Friction
-from flexsim.metrics import envelope_half_width, measures, performance_index
-from flexsim.motion import Motion
-from flexsim.parameters import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant
-from flexsim.settings import SETTINGS, Setting, setting
-from flexsim.simulate import closed_loop, drive, evaluate
-from flexsim.trajectories import TRAJECTORIES, Reference, Trajectory, reference, trajectory
+from flexsim.loop.friction import Friction
+from flexsim.loop.metrics import envelope_half_width, measures, performance_index
+from flexsim.loop.motion import Motion
+from flexsim.loop.runs import closed_loop, drive, evaluate
+from flexsim.loop.settings import SETTINGS, Setting, setting
+from flexsim.loop.trajectories import TRAJECTORIES, Reference, Trajectory, reference, trajectory
+from flexsim.mjcf.chain_file import load_chain
+from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.modes_plant import AssumedModesPlant
 
 __all__ = [
     "SETTINGS",

@@ -17,28 +17,96 @@ from controllers.errors import ControllerError
 from flexsim.errors import FlexsimError
 
 COMMANDS = {  # name: (module, class of its configuration, what it does)
-    "compare": ("compare", "CompareConfig", "run the controllers on both plants: table, figures"),
-    "modes": ("modes", "ModesConfig", "frequencies and mode shapes: exact, assumed modes, chain"),
-    "crosscheck": ("crosscheck", "CrosscheckConfig", "hold the plants against each other"),
-    "drive": ("drive", "DriveConfig", "drive a plant open loop with a recorded torque"),
-    "chain": ("chain", "ChainConfig", "tune a chain of segments and write its MJCF"),
-    "filter": ("filter", "FilterConfig", "coefficients and response of a fractional operator"),
-    "benchmark": ("benchmark", "BenchmarkConfig", "cost of the loops, side by side"),
-    "stability": ("stability", "StabilityConfig", "poles, margins, maps of stable gains near rest"),
-    "misprints": ("misprints", "MisprintsConfig", "what each misprint of the paper costs"),
-    "reconstruct": ("reconstruct", "ReconstructConfig", "what it takes for Table 2 to be bounded"),
-    "realisations": ("realisations", "RealisationsConfig", "which fractional filter serves best"),
-    "pid-question": ("pid_question", "PidQuestionConfig", "why integer PIDs failed in the paper"),
-    "screening": ("screening", "ScreeningConfig", "what screening by stability saves the tuner"),
-    "tune": ("tune", "TuneConfig", "tune controllers: the paper's genetic algorithm, or a peer"),
-    "tables": ("tables", "TablesConfig", "Tables 2, 3, Figure 6 anew; every controller everywhere"),
-    "watch": ("watch", "WatchConfig", "follow an MJCF file: modes and cross-check at every save"),
+    "compare": (
+        "compare.compare",
+        "CompareConfig",
+        "run the controllers on both plants: table, figures",
+    ),
+    "modes": (
+        "parity.modes",
+        "ModesConfig",
+        "frequencies and mode shapes: exact, assumed modes, chain",
+    ),
+    "crosscheck": (
+        "parity.crosscheck",
+        "CrosscheckConfig",
+        "hold the plants against each other",
+    ),
+    "drive": (
+        "tools.drive",
+        "DriveConfig",
+        "drive a plant open loop with a recorded torque",
+    ),
+    "chain": (
+        "tools.chain",
+        "ChainConfig",
+        "tune a chain of segments and write its MJCF",
+    ),
+    "filter": (
+        "tools.filter",
+        "FilterConfig",
+        "coefficients and response of a fractional operator",
+    ),
+    "benchmark": (
+        "tools.benchmark",
+        "BenchmarkConfig",
+        "cost of the loops, side by side",
+    ),
+    "stability": (
+        "stability.stability",
+        "StabilityConfig",
+        "poles, margins, maps of stable gains near rest",
+    ),
+    "misprints": (
+        "misprints.misprints",
+        "MisprintsConfig",
+        "what each misprint of the paper costs",
+    ),
+    "reconstruct": (
+        "reconstruct.reconstruct",
+        "ReconstructConfig",
+        "what it takes for Table 2 to be bounded",
+    ),
+    "realisations": (
+        "realisations.realisations",
+        "RealisationsConfig",
+        "which fractional filter serves best",
+    ),
+    "pid-question": (
+        "pid_question.pid_question",
+        "PidQuestionConfig",
+        "why integer PIDs failed in the paper",
+    ),
+    "screening": (
+        "screening.screening",
+        "ScreeningConfig",
+        "what screening by stability saves the tuner",
+    ),
+    "tune": (
+        "tuning.tune",
+        "TuneConfig",
+        "tune controllers: the paper's genetic algorithm, or a peer",
+    ),
+    "tables": (
+        "tables.tables",
+        "TablesConfig",
+        "Tables 2, 3, Figure 6 anew; every controller everywhere",
+    ),
+    "watch": (
+        "watch.watch",
+        "WatchConfig",
+        "follow an MJCF file: modes and cross-check at every save",
+    ),
     "ladder": (
-        "ladder",
+        "ladder.ladder",
         "LadderConfig",
         "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
     ),
-    "view": ("view", "ViewConfig", "open a run's recording in the rerun viewer"),
+    "view": (
+        "tools.view",
+        "ViewConfig",
+        "open a run's recording in the rerun viewer",
+    ),
 }
 INTERRUPTED, TERMINATED = 130, 143  # the shell's status for Ctrl-C and SIGTERM
 

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import settings
 
 from flexsim import Parameters
-from flexsim.robots import AssumedModesPlant, ChainPlant
+from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.modes_plant import AssumedModesPlant
 
 # numba compiles inside the first example, so a deadline per example would measure the compiler
 settings.register_profile(

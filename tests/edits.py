@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from flexsim import Parameters
-from flexsim.chain_design import design_chain
-from flexsim.mjcf import chain_mjcf
+from flexsim.arm.chain_design import design_chain
+from flexsim.mjcf.chain_xml import chain_mjcf
 
-DEFAULT = (Path(__file__).parent.parent / "models" / "chain6.xml").read_text()
+DEFAULT = (Path(__file__).parents[1] / "models" / "chain6.xml").read_text()
 
 
 def edited(old: str, new: str, text: str = DEFAULT) -> str:

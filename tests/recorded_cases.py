@@ -8,11 +8,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from flexsim.beam import mode_shapes
-from flexsim.kinematics import joint_angles
-from flexsim.motion import Motion
-from flexsim.parameters import Parameters
-from flexsim.recording import Case
+from flexsim.arm.beam import mode_shapes
+from flexsim.arm.kinematics import joint_angles
+from flexsim.arm.parameters import Parameters
+from flexsim.loop.motion import Motion
+from flexsim.recording.case import Case
 
 CHAIN_MJCF = Path(__file__).parents[1] / "models" / "chain6.xml"
 SAMPLES = 500

@@ -1,0 +1,86 @@
+"""The linear arm solved exactly: Euler-Bernoulli beam on a hub on a link, no assumed shapes.
+
+    >>> joint_free_frequencies(Parameters(), 3) / 6.283185307179586   # [Hz], straight arm
+    array([ 7.77934818, 24.30140498, 60.67535799])
+
+Both plants are held against these frequencies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from flexsim.arm.beam import beta_lengths
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.numerics.types import Array
+
+SCAN = 400  # points per pi of beta L in the search for sign changes
+
+
+def clamped_frequencies(parameters: Parameters, n: int) -> Array:
+    """Return the first n frequencies of the clamped-free beam [rad/s], from (15)."""
+    beta = np.array(beta_lengths(n)) / parameters.L
+    return beta**2 * np.sqrt(parameters.EI / parameters.rho)
+
+
+def _base_reactions(b: float) -> Array:
+    """Return D (2, 2), the free beam's reactions on its moving base, times e^-b (1 + cos b cosh b).
+
+    D maps the base's (y, y' L) to the dimensionless force (-L^3 times the third derivative) and
+    moment (L^2 times the second) of the beam on it, at b = beta L; the factor takes away its
+    poles, the clamped frequencies.
+    """
+    e = np.exp(-b)
+    cosh, sinh = (1 + e * e) / 2, (1 - e * e) / 2  # times e^-b
+    cos, sin = np.cos(b), np.sin(b)
+    cross = b**2 * sinh * sin
+    return np.array(
+        [
+            [b**3 * (cosh * sin + sinh * cos), cross],
+            [cross, b * (cosh * sin - sinh * cos)],
+        ]
+    )
+
+
+def _determinant(parameters: Parameters, theta2: float, b: float) -> float:
+    """Return the frequency determinant at b = beta L, zero at a natural frequency only."""
+    p = parameters
+    s, c = np.sin(theta2), np.cos(theta2)
+    inertia = (
+        np.array(  # of theta1 and of the hub's absolute angle; the beam's axial mass on link 1
+            [
+                [p.I_m1 + p.I_m2 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b * s * s), -p.I_m2],
+                [-p.I_m2, p.I_m2 + p.I_H],
+            ]
+        )
+    )
+    base = np.array([[p.L_R * c, p.r], [0.0, p.L]])  # (y, y' L) of the beam's base
+    e = np.exp(-b)
+    clamped = e + np.cos(b) * (1 + e * e) / 2  # e^-b (1 + cos b cosh b)
+    system = clamped * b**4 * inertia / p.m_b + base.T @ _base_reactions(b) @ base
+    return float(np.linalg.det(system) / clamped / b**6)
+
+
+def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) -> Array:
+    """Return the first n flexible frequencies with both joints free [rad/s].
+
+    Args:
+        parameters: the robot. n: how many, 1 or more.
+        theta2: pose of joint 2 with the beam straight [rad].
+
+    Raises:
+        ParameterError: n is below 1.
+    """
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise ParameterError(f"number of frequencies is {n!r}; give a whole number, 1 or more")
+    grid = np.linspace(0.05, (n + 2) * np.pi, (n + 2) * SCAN)
+
+    def determinant(b: float) -> float:
+        return _determinant(parameters, theta2, b)
+
+    values = np.array([determinant(b) for b in grid])
+    change = np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0)[:n]
+    roots = np.array([brentq(determinant, grid[i], grid[i + 1], xtol=1e-14) for i in change])
+    return (roots / parameters.L) ** 2 * np.sqrt(parameters.EI / parameters.rho)

@@ -1,0 +1,1 @@
+"""Near rest: linearisation, poles, growth, margins of the sampled loop."""

@@ -1,0 +1,45 @@
+"""How fast does a loop grow near rest, as the simulation steps it, along a trajectory's poses?
+
+>>> options = loop_options(setting("print").friction, 1e-3)
+>>> radii = spectral_radii(plant, extreme_poses(reference), b, a, options)
+>>> growth_rates(radii, 1e-3) <= SLACK
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexsim.linear.loop_poles import LoopOptions, small_signal
+from flexsim.loop.friction import Friction
+from flexsim.loop.trajectories import Reference
+from flexsim.numerics.types import Array
+
+SLACK = 0.05  # [1/s] growth that a loop called stable may have; the undamped beam hardly decays
+
+
+def growth_rates(radii: Array, period: float) -> Array:
+    """Return growth rates [1/s] of spectral radii, -inf at a radius of 0."""
+    with np.errstate(divide="ignore"):
+        return np.log(radii) / period
+
+
+def extreme_poses(ref: Reference) -> list[float]:
+    """Return the smallest, middle and largest theta2 of a trajectory [rad]."""
+    theta2 = ref.joint[:, 1]
+    low, high = float(theta2.min()), float(theta2.max())
+    return [low, (low + high) / 2, high]
+
+
+def loop_options(
+    friction: Friction,
+    period: float,
+    hold: str = "stepped",
+    torque_gain: tuple[float, float] | None = None,
+) -> LoopOptions:
+    """Return how a loop is linearised: with the friction's slopes, or with the torque gain given.
+
+    Raises:
+        ParameterError: an unknown hold, or a torque gain that is not finite.
+    """
+    gain, damping = small_signal(friction)
+    return LoopOptions(period, -1.0, torque_gain or gain, damping, hold)

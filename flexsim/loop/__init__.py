@@ -1,0 +1,1 @@
+"""The closed loop: friction, trajectories, settings, the compiled run, its figures of merit."""

@@ -1,0 +1,252 @@
+"""The closed loop, compiled: reference, measurement, filters, friction and plant, for populations.
+
+One function, `run_population`, serves every plant and every controller: a controller is two
+digital filters (b, a), a plant two compiled functions (`flexsim.plants.dispatch`). Individuals
+run on separate threads; each is computed alike whatever the number of threads.
+
+Loop (Figure 2 of the paper is lost; this is our reading): the joint errors are
+theta1_ref - theta1 and theta2_ref - (theta2 - atan(v/(r+L))), v entering with its sign changed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from flexsim.errors import ParameterError
+from flexsim.loop.friction import FrictionNumbers, joint_torques
+from flexsim.numerics.jit import jit, jit_parallel
+from flexsim.numerics.types import Array
+from flexsim.plants.dispatch import physics_step, tip_in_hub
+
+HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
+THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
+TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
+RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
+
+
+class Loop(NamedTuple):
+    """What a run needs besides plant and controllers.
+
+    Attributes:
+        period: control period [s]; substeps: physics steps per period.
+        tip, joint: (K+1, 2) reference at t_k = k period [m], [rad].
+        L_R, reach: link lengths of the kinematics [m].
+        v_gain: factor of atan(v/(r+L)) where it is added to the measured theta2, -1 in the paper.
+        v_limit: deflection beyond which the beam has left its model's range [m].
+        weights: (3,) of x, y and v in the index (5).
+    """
+
+    period: float
+    substeps: int
+    tip: Array
+    joint: Array
+    L_R: float
+    reach: float
+    v_gain: float
+    v_limit: float
+    weights: Array
+
+
+class Outcome(NamedTuple):
+    """Results of a population of P runs.
+
+    Attributes:
+        indices: (P,) performance index (5), inf where diverged [m2 s].
+        diverged: (P,) time of divergence [s], nan where none.
+        states: (P, R, 2 m), torques, errors: (P, R, 2) at every stride-th sample, R = 0 unless
+            recorded; nan after divergence.
+    """
+
+    indices: Array
+    diverged: Array
+    states: Array
+    torques: Array
+    errors: Array
+
+
+@jit
+def filter_sample(b: Array, a: Array, z: Array, x: float) -> float:
+    """Return the output of a digital filter for one input sample, direct form II transposed.
+
+    Args:
+        b, a: (m+1,) coefficients, a[0] = 1, as scipy.signal.lfilter takes them.
+        z: (m+1,) delays, the last always 0; overwritten.
+    """
+    y = b[0] * x + z[0]
+    for i in range(b.shape[0] - 1):
+        z[i] = b[i + 1] * x - a[i + 1] * y + z[i + 1]
+    return y
+
+
+@jit
+def has_left(loop: Loop, state: Array, k: int, v: float) -> bool:
+    """Return whether the motion is non-finite, or out of the workspace, at sample k."""
+    m = state.shape[0] // 2
+    total = 0.0
+    for i in range(2 * m):
+        total += state[i]
+    inside = (  # written so that a nan is not inside
+        abs(v) <= loop.v_limit
+        and abs(state[0] - loop.joint[k, 0]) <= HALF_TURN
+        and abs(state[1] - loop.joint[k, 1]) <= HALF_TURN
+        and abs(state[m]) <= RATE_LIMIT
+        and abs(state[m + 1]) <= RATE_LIMIT
+    )
+    return not (inside and np.isfinite(total))
+
+
+@jit
+def squared_error(loop: Loop, state: Array, k: int, along: float, v: float) -> float:
+    """Return the integrand of the performance index (5) at sample k [m2]."""
+    th1, th12 = state[0], state[0] + state[1]
+    s, c = np.sin(th12), np.cos(th12)
+    dx = loop.L_R * np.cos(th1) + along * c - v * s - loop.tip[k, 0]
+    dy = loop.L_R * np.sin(th1) + along * s + v * c - loop.tip[k, 1]
+    t = k * loop.period
+    w = loop.weights
+    return w[0] * dx * dx + w[1] * dy * dy + w[2] * t * t * (v * v) * (v * v)  # (5)
+
+
+@jit
+def run_one(  # type: ignore[no-untyped-def]
+    plant, slot, friction: FrictionNumbers, loop: Loop, b, a, state, stride, states, torques, errors
+):
+    """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
+
+    Args:
+        b, a: (2, m+1) filters of the two joints.
+        stride: record every stride-th sample into states, torques, errors; 0 records nothing.
+    """
+    m = state.shape[0] // 2
+    work = np.zeros((6, m))
+    z = np.zeros((2, b.shape[1]))
+    samples = loop.tip.shape[0]
+    index = 0.0
+    for k in range(samples):
+        along, v = tip_in_hub(plant, state)
+        if has_left(loop, state, k, v):
+            return np.inf, k * loop.period
+        edge = 0.5 if k == 0 or k == samples - 1 else 1.0  # trapezoidal rule
+        index += edge * loop.period * squared_error(loop, state, k, along, v)
+        e1 = loop.joint[k, 0] - state[0]
+        e2 = loop.joint[k, 1] - (state[1] + loop.v_gain * np.arctan(v / loop.reach))
+        u1 = filter_sample(b[0], a[0], z[0], e1)  # (3)
+        u2 = filter_sample(b[1], a[1], z[1], e2)  # (4)
+        if stride > 0 and k % stride == 0:
+            row = k // stride
+            states[row, :] = state
+            torques[row, 0], torques[row, 1] = u1, u2
+            errors[row, 0], errors[row, 1] = e1, e2
+        if k == samples - 1:
+            break
+        if not (np.isfinite(u1) and np.isfinite(u2)):
+            return np.inf, k * loop.period
+        for _ in range(loop.substeps):
+            tau_1, tau_2 = joint_torques(friction, u1, u2, state[m], state[m + 1])
+            if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
+                return np.inf, k * loop.period
+            physics_step(plant, slot, state, tau_1, tau_2, work)
+    return index, np.nan
+
+
+@jit_parallel
+def _run_all(  # type: ignore[no-untyped-def]
+    plant, friction, loop, b, a, initial, stride, index, diverged, states, torques, errors
+):
+    """Fill the outcome arrays, one individual per iteration of the threaded loop."""
+    for i in numba.prange(b.shape[0]):
+        index[i], diverged[i] = run_one(
+            plant,
+            get_thread_id(),
+            friction,
+            loop,
+            b[i],
+            a[i],
+            initial.copy(),
+            stride,
+            states[i],
+            torques[i],
+            errors[i],
+        )
+
+
+def _usable(coefficients: Any) -> bool:
+    """Return whether these are one finite real number or more, in a row."""
+    row = np.asarray(coefficients)
+    return (
+        row.ndim == 1 and row.size > 0 and row.dtype.kind in "iuf" and bool(np.isfinite(row).all())
+    )
+
+
+def stack_filters(controllers: list[Any]) -> tuple[Array, Array]:
+    """Return filters ((b1, a1), (b2, a2)) of P controllers as b, a (P, 2, m+1), normalised.
+
+    Raises:
+        ParameterError: no controllers, not two filters each, an a[0] of zero, or a coefficient that
+            is not a finite real number.
+    """
+    if not controllers or any(len(pair) != 2 for pair in controllers):
+        raise ParameterError("give one controller or more, each as ((b1, a1), (b2, a2))")
+    order = max(np.size(part) for pair in controllers for ba in pair for part in ba)
+    b, a = np.zeros((2, len(controllers), 2, order))
+    for i, pair in enumerate(controllers):
+        for j, (numerator, denominator) in enumerate(pair):
+            if not (_usable(numerator) and _usable(denominator) and denominator[0] != 0):
+                raise ParameterError(
+                    f"filter {j + 1} of controller {i} is b = {numerator}, a = {denominator}; "
+                    "give finite coefficients and a[0] other than 0"
+                )
+            b[i, j, : len(numerator)] = np.asarray(numerator) / denominator[0]
+            a[i, j, : len(denominator)] = np.asarray(denominator) / denominator[0]
+    return b, a
+
+
+def run_population(
+    plant: Any,
+    friction: FrictionNumbers,
+    loop: Loop,
+    controllers: tuple[Array, Array],
+    initial: Array,
+    stride: int = 0,
+    threads: int | None = None,
+) -> Outcome:
+    """Return the outcome of every controller on one plant.
+
+    Args:
+        plant: with `running(threads)`, a context manager (`flexsim.plants.base`).
+        friction: compiled friction law; loop: reference and measurement.
+        controllers: b, a (P, 2, m+1) from `stack_filters`.
+        initial: (2 m,) state at t = 0.
+        stride: record every stride-th sample; 0 records nothing.
+        threads: number of threads; None for all that numba has.
+    """
+    b, a = controllers
+    if stride < 0:
+        raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
+    rows = (len(loop.tip) + stride - 1) // stride if stride else 0
+    outcome = Outcome(
+        np.empty(len(b)),
+        np.empty(len(b)),
+        np.full((len(b), rows, len(initial)), np.nan),
+        np.full((len(b), rows, 2), np.nan),
+        np.full((len(b), rows, 2), np.nan),
+    )
+    available = numba.get_num_threads()
+    wanted = available if threads is None else threads
+    if not 1 <= wanted <= THREADS_MOST:
+        raise ParameterError(f"threads is {threads}; give 1 to {THREADS_MOST}")
+    numba.set_num_threads(wanted)
+    try:
+        with (
+            plant.running(THREADS_MOST) as coefficients,
+            numba.parallel_chunksize(1),
+        ):
+            _run_all(coefficients, friction, loop, b, a, initial, stride, *outcome)
+    finally:
+        numba.set_num_threads(available)
+    return outcome

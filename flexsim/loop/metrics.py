@@ -1,0 +1,74 @@
+"""Figures of merit of a motion: Table 3's envelope half-width, the index (5), errors and v.
+
+>>> measures(motion, reference)["envelope"]   # [m]
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from flexsim.loop.motion import Motion
+from flexsim.loop.trajectories import Reference
+
+
+def envelope_half_width(tip: ArrayLike, reference: ArrayLike) -> float:
+    """Return the largest distance from a response point to the set of reference points [m].
+
+    The directed Hausdorff distance: the radius of circles centred on the reference's points
+    that together cover the response, as Table 3 defines it.
+
+    Args:
+        tip: (K, 2) response; reference: (M, 2) reference points [m].
+    """
+    distance, _ = cKDTree(np.asarray(reference)).query(np.asarray(tip))
+    return float(distance.max())
+
+
+def performance_index(motion: Motion, weights: ArrayLike = (1.0, 1.0, 1.0)) -> float:
+    """Return the performance index (5) of a motion [m2 s], trapezoidal rule; inf if diverged.
+
+    Args:
+        motion: with every control sample; weights: of x, y and v.
+    """
+    if motion.diverged is not None:
+        return float("inf")
+    wx, wy, wv = np.asarray(weights, dtype=float)
+    dx, dy = (motion.tip - motion.reference_tip).T
+    integrand = wx * dx**2 + wy * dy**2 + wv * motion.time**2 * motion.v**4  # (5)
+    return float(np.trapezoid(integrand, motion.time))
+
+
+def measures(motion: Motion, reference: Reference, hold: float = 0.0) -> dict[str, Any]:
+    """Return the figures of merit of a motion, in SI units.
+
+    Args:
+        motion: recorded at every sample; reference: all of it, also after a divergence.
+        hold: length of the hold at the end [s], over which residual v is taken.
+
+    Returns:
+        envelope, max_error, rms_error (simultaneous tip error), max_v, residual_v, peak_torque_1,
+        peak_torque_2, index, diverged (bool), diverged_at ([s] or None). A diverged motion's
+        numbers describe its part before divergence, except the index, which is inf.
+    """
+    if len(motion.time) == 0:
+        return {"diverged": True, "diverged_at": motion.diverged, "index": float("inf")}
+    error = np.linalg.norm(motion.tip - motion.reference_tip, axis=1)
+    holding = motion.time >= reference.time[-1] - hold - 1e-12
+    finished = motion.diverged is None
+    peak = np.abs(motion.torque).max(axis=0)
+    return {
+        "envelope": envelope_half_width(motion.tip, reference.tip),
+        "max_error": float(error.max()),
+        "rms_error": float(np.sqrt(np.mean(error**2))),
+        "max_v": float(np.abs(motion.v).max()),
+        "residual_v": float(np.abs(motion.v[holding]).max()) if finished and hold > 0 else None,
+        "peak_torque_1": float(peak[0]),
+        "peak_torque_2": float(peak[1]),
+        "index": performance_index(motion),
+        "diverged": not finished,
+        "diverged_at": motion.diverged,
+    }

@@ -1,0 +1,215 @@
+"""Runs in the words of a study: plant, setting, trajectory, controllers in; motions out.
+
+>>> motion, = closed_loop(plant, setting("print"), reference, [controller.filters(1e-3)])
+>>> drive(plant, setting("none"), torque, period=1e-3, theta=(0.0, 1.2))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexsim.errors import DivergenceError, ParameterError
+from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population, stack_filters
+from flexsim.loop.friction import joint_torques
+from flexsim.loop.motion import Motion
+from flexsim.loop.settings import Setting
+from flexsim.loop.trajectories import Reference
+from flexsim.numerics.clocks import whole_substeps
+from flexsim.numerics.jit import jit
+from flexsim.plants.base import Plant
+from flexsim.plants.dispatch import physics_step
+
+V_LIMIT = 0.5  # of the beam's length: a tip deflection beyond which neither model holds
+
+
+def loop_of(
+    plant: Plant,
+    reference: Reference,
+    v_gain: float = -1.0,
+    weights: ArrayLike = (1.0, 1.0, 1.0),
+) -> Loop:
+    """Return what the compiled loop needs to know of a reference, for one plant.
+
+    Args:
+        plant: whose physics step must divide the reference's period.
+        v_gain: sign with which v enters the loop, -1 in the paper.
+        weights: of x, y and v in the index (5).
+
+    Raises:
+        ParameterError: the control period is no whole multiple of the physics step, the weights
+            are not three finite numbers, or v_gain is not finite.
+    """
+    if len(reference.time) < 2:
+        raise ParameterError("the reference has one sample only; use a shorter control period")
+    period = float(reference.time[1] - reference.time[0])
+    importance = np.asarray(weights, dtype=float)
+    if importance.shape != (3,) or not (np.isfinite(importance).all() and (importance >= 0).all()):
+        raise ParameterError(f"index weights are {weights!r}; give three finite numbers, 0 or more")
+    if not np.isfinite(v_gain):
+        raise ParameterError(f"v_gain is {v_gain}; give a finite number, -1 in the paper")
+    p = plant.parameters
+    return Loop(
+        period=period,
+        substeps=whole_substeps(period, plant.step),
+        tip=np.ascontiguousarray(reference.tip),
+        joint=np.ascontiguousarray(reference.joint),
+        L_R=p.L_R,
+        reach=p.reach,
+        v_gain=float(v_gain),
+        v_limit=V_LIMIT * p.L,
+        weights=importance,
+    )
+
+
+def evaluate(
+    plant: Plant,
+    setting: Setting,
+    reference: Reference,
+    controllers: Sequence[Any],
+    stride: int = 0,
+    threads: int | None = None,
+    **loop_options: Any,
+) -> Outcome:
+    """Return the outcome of every controller, without looking into the motions.
+
+    Args:
+        plant, setting, reference: as named.
+        controllers: P pairs ((b1, a1), (b2, a2)).
+        stride: record every stride-th sample; 0 records nothing. threads: None for all.
+        loop_options: `v_gain`, `weights` of `loop_of`.
+    """
+    return run_population(
+        plant,
+        setting.friction.numbers(),
+        loop_of(plant, reference, **loop_options),
+        stack_filters(list(controllers)),
+        plant.rest_state(reference.joint[0]),
+        stride,
+        threads,
+    )
+
+
+def closed_loop(
+    plant: Plant,
+    setting: Setting,
+    reference: Reference,
+    controllers: Sequence[Any],
+    stride: int = 1,
+    energy: bool = True,
+    **options: Any,
+) -> list[Motion]:
+    """Return the recorded motion of every controller, from rest on the reference.
+
+    Args: as `evaluate`; energy: whether to compute it, which costs more than all else.
+    """
+    if stride < 1:
+        raise ParameterError(f"stride is {stride}; give 1 or more")
+    outcome = evaluate(plant, setting, reference, controllers, stride, **options)
+    motions = []
+    for i, time in enumerate(outcome.diverged):
+        ran = np.isfinite(outcome.states[i]).all(axis=1)
+        rows = len(ran) if ran.all() else int(np.argmin(ran))
+        shown = plant.observe(outcome.states[i, :rows], energy)
+        motions.append(
+            Motion(
+                plant=plant.name,
+                time=reference.time[::stride][:rows],
+                state=outcome.states[i, :rows],
+                torque=outcome.torques[i, :rows],
+                error=outcome.errors[i, :rows],
+                reference_tip=reference.tip[::stride][:rows],
+                reference_joint=reference.joint[::stride][:rows],
+                diverged=None if np.isnan(time) else float(time),
+                **vars(shown),
+            )
+        )
+    return motions
+
+
+@jit
+def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no-untyped-def]
+    """Fill states (K+1, 2 m) under torques (K, 2) held over a period each; return rows filled."""
+    m = state.shape[0] // 2
+    work = np.zeros((6, m))
+    for k in range(torque.shape[0] + 1):
+        states[k, :] = state
+        if not np.isfinite(np.sum(state)):
+            return k
+        if k < torque.shape[0]:
+            for _ in range(substeps):
+                tau_1, tau_2 = joint_torques(
+                    friction, torque[k, 0], torque[k, 1], state[m], state[m + 1]
+                )
+                if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
+                    return k
+                physics_step(plant, 0, state, tau_1, tau_2, work)
+    return torque.shape[0] + 1
+
+
+def drive(
+    plant: Plant,
+    setting: Setting,
+    torque: ArrayLike,
+    period: float = 1e-3,
+    theta: ArrayLike = (0.0, 0.0),
+    state: ArrayLike | None = None,
+) -> Motion:
+    """Return the open-loop motion under recorded torques, row k the state at t_k.
+
+    Args:
+        plant, setting: as named.
+        torque: (K, 2) [N m], held over one period each; the motion has K+1 rows.
+        period: [s]. theta: joint angles at rest at the start [rad], beam straight.
+        state: (2 m,) to start from instead.
+
+    Raises:
+        ParameterError: the torque is not (K, 2) finite numbers, or the period no multiple of the
+            step.
+        DivergenceError: the motion becomes non-finite, or a torque exceeds TORQUE_MOST.
+    """
+    try:
+        tau = np.ascontiguousarray(torque, dtype=float)
+        angles = np.asarray(theta, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError("torque and theta must be arrays of numbers") from None
+    if angles.shape != (2,) or not np.isfinite(angles).all():
+        raise ParameterError(f"theta is {theta!r}; give two finite angles [rad]")
+    if tau.ndim != 2 or tau.shape[1] != 2 or not np.isfinite(tau).all():
+        raise ParameterError(f"torque has shape {tau.shape}; give (K, 2) finite numbers [N m]")
+    substeps = whole_substeps(period, plant.step)
+    rest = plant.rest_state(angles)
+    start = rest if state is None else np.array(state, dtype=float)
+    if start.shape != rest.shape or not np.isfinite(start).all():
+        raise ParameterError(
+            f"state has shape {start.shape}; the {plant.name} plant needs {rest.shape}, all finite"
+        )
+    states = np.empty((len(tau) + 1, len(start)))
+    with plant.running(1) as coefficients:
+        friction = setting.friction.numbers()
+        rows = _drive(coefficients, friction, start, tau, substeps, states)
+    if rows <= len(tau):
+        raise DivergenceError(
+            f"the {plant.name} plant ran away at t = {rows * period:.4g} s; "
+            "use smaller torques or a shorter physics step"
+        )
+    unknown = np.full((len(states), 2), np.nan)
+    return Motion(
+        plant=plant.name,
+        time=period * np.arange(len(states), dtype=float),
+        state=states,
+        torque=np.vstack([tau, tau[-1:]]) if len(tau) else np.zeros((1, 2)),
+        error=unknown,
+        reference_tip=unknown,
+        reference_joint=unknown,
+        **vars(plant.observe(states)),
+    )
+
+
+def thread_count() -> int:
+    """Return how many threads a population runs on unless told otherwise."""
+    return int(numba.get_num_threads())

@@ -1,0 +1,64 @@
+"""Named settings for what the paper leaves open: friction's reading, torque limits, motors.
+
+>>> from flexsim.loop.settings import setting
+>>> setting("print").friction.law
+'print'
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.loop.friction import Friction
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One reading of the paper.
+
+    Attributes:
+        name: as the command line names it.
+        friction: friction law and torque limits.
+        I_m1, I_m2: inertias of the motors at the joints [kg m2]; None leaves the robot's own.
+        meaning: one line for tables and help.
+    """
+
+    name: str
+    friction: Friction
+    meaning: str
+    I_m1: float | None = None
+    I_m2: float | None = None
+
+    def applied(self, parameters: Parameters) -> Parameters:
+        """Return the robot's parameters with this setting's motors."""
+        motors = {"I_m1": self.I_m1, "I_m2": self.I_m2}
+        return replace(parameters, **{k: v for k, v in motors.items() if v is not None})
+
+
+SETTINGS = {
+    item.name: item
+    for item in (
+        Setting("none", Friction("none"), "no friction but F, no torque limit"),
+        Setting("print", Friction("print"), "(47) on the torque as printed, no torque limit"),
+        Setting("joint", Friction("joint"), "Table 4's friction opposing the joints' motion"),
+        Setting(
+            "reconstructed",
+            Friction("joint", torque_limit=(9.83, 4.29)),
+            "a fit under which Table 2 is bounded: 'joint', torque limits, motor 2 (assumed)",
+            I_m2=0.0557,
+        ),
+    )
+}
+
+
+def setting(name: str) -> Setting:
+    """Return the named setting.
+
+    Raises:
+        ParameterError: there is none of that name.
+    """
+    if name not in SETTINGS:
+        raise ParameterError(f"setting {name!r} is unknown; choose one of {', '.join(SETTINGS)}")
+    return SETTINGS[name]

@@ -1,0 +1,1 @@
+"""MJCF in and out: written for people, read with checks, compared, edited."""

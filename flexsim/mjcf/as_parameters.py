@@ -1,0 +1,58 @@
+"""The robot of a compiled MJCF file: its rigid bodies, and the uniform beam most like its own.
+
+>>> parameters_of(load_chain("models/chain6.xml")).EI        # [N m2]
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ModelError
+from flexsim.mjcf.bodies import (
+    parted,
+    parts,
+    robot_of_bodies,
+)
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.rod_file import RodModel
+
+
+def parameters_of_rod(rod: RodModel) -> Parameters:
+    """Return the robot of a rod's file: its rigid bodies, and its beam's length, mass and EI.
+
+    Raises:
+        ModelError: a quantity is zero that must not be.
+    """
+    model = rod.model
+    heads = [int(model.body("root").id), *(int(i) for i in model.jnt_bodyid[2::2])]
+    spans = np.diff(rod.vertices)
+    EI = float(rod.bending[0] * (spans[0] + spans[1]))
+    bodies = parted(model, rod.L_R, heads)
+    L = rod.reach - rod.clamp
+    return robot_of_bodies(bodies, model, rod.source, rod.L_R, rod.clamp, L, EI)
+
+
+def parameters_of(chain: ChainModel) -> Parameters:
+    """Return the robot of a file: its rigid bodies, and the uniform beam of its length, mass
+    (payload included) and static tip compliance.
+
+    The assumed modes of a file do not use that beam; tables and the kinematics do.
+
+    Raises:
+        ModelError: a hinge of the beam has no stiffness, or another quantity is zero that must
+            not be.
+    """
+    model = chain.model
+    for i in range(2, model.nv):
+        if model.jnt_stiffness[i] == 0:
+            raise ModelError(
+                f"{chain.source}: joint {model.joint(i).name!r} has no stiffness, so the beam does "
+                "not vibrate; give every hinge of the beam one"
+            )
+    L = chain.reach - chain.clamp
+    arm = np.append(0.0, np.cumsum(chain.lengths))
+    lever = arm[-1] - arm[:-1]  # (N,) from each hinge to the tip
+    compliance = float(np.sum(lever**2 / model.jnt_stiffness[2:]))
+    EI = L**3 / (3 * compliance)
+    return robot_of_bodies(parts(chain), model, chain.source, chain.L_R, chain.clamp, L, EI)

@@ -1,0 +1,57 @@
+"""The robot's own chain and rod, as files: what the plants run unless a file is given.
+
+>>> designed_chain(Parameters(), segments=6).step
+0.001
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from flexsim.arm.chain_design import design_chain, plain_chain
+from flexsim.arm.parameters import Parameters
+from flexsim.mjcf.chain_file import ChainModel, load_chain, longest_step
+from flexsim.mjcf.chain_xml import chain_mjcf
+from flexsim.mjcf.rod_file import RodModel, load_rod
+from flexsim.mjcf.rod_xml import ELEMENTS, rod_mjcf
+from flexsim.numerics.step_limits import RK4_LIMIT, halved
+
+MARGIN = 1.05  # of a designed chain to the limit of its frequencies
+
+
+def designed_chain(
+    parameters: Parameters, segments: int = 6, step: float | None = None, tuned: bool = True
+) -> ChainModel:
+    """Return the chain of a robot, as `flexsim chain` writes it.
+
+    Args:
+        parameters: the robot; segments: N.
+        step: physics step [s]; None for 1 ms, halved until RK4 can take it.
+        tuned: whether positions and stiffnesses of the hinges are.
+
+    Raises:
+        ParameterError, ModelError: segments or step out of range.
+    """
+    design = (design_chain if tuned else plain_chain)(parameters, segments)
+    if step is None:
+        model = mujoco.MjModel.from_xml_string(chain_mjcf(parameters, design))
+        bound = RK4_LIMIT / (MARGIN * design.frequency[-1])
+        step = halved(min(bound, longest_step(model) or math.inf))
+    return load_chain(text=chain_mjcf(parameters, design, timestep=step))
+
+
+def designed_rod(
+    parameters: Parameters, elements: int = ELEMENTS, step: float | None = None
+) -> RodModel:
+    """Return the rod of a robot, as `flexsim.mjcf.rod_xml` writes it.
+
+    Args:
+        parameters: the robot; elements: N.
+        step: physics step [s]; None for 1 ms, halved until RK4 can take it.
+
+    Raises:
+        ParameterError, ModelError: elements or step out of range.
+    """
+    return load_rod(text=rod_mjcf(parameters, elements, step))

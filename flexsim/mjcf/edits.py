@@ -1,0 +1,83 @@
+"""Another arm from a compiled one: a stiffer or heavier beam, a payload at the tip.
+
+>>> heavier = changed(chain, payload=0.05)
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from typing import TypeVar
+
+import mujoco
+import numpy as np
+
+from flexsim.errors import ParameterError
+from flexsim.mjcf.bodies import parts
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.rod_file import RodModel
+from flexsim.numerics.types import Array
+
+Arm = TypeVar("Arm", ChainModel, RodModel)
+
+
+def changed(
+    chain: ChainModel, stiffness: float = 1.0, density: float = 1.0, payload: float = 0.0
+) -> ChainModel:
+    """Return a copy of a chain with its beam changed; its text remains the original's.
+
+    Args:
+        chain: a checked file. stiffness, density: factors of every hinge's stiffness, and of the
+            mass and inertia of every body of the beam. payload: point mass at the tip [kg].
+
+    Raises:
+        ParameterError: a factor that is not a finite number above 0, or a negative payload.
+    """
+    for what, value in (("stiffness", stiffness), ("density", density)):
+        if not 0 < value < np.inf:
+            raise ParameterError(f"factor of {what} is {value}; give a finite number above 0")
+    if not 0 <= payload < np.inf:
+        raise ParameterError(f"payload is {payload} kg; give a finite number, 0 or more")
+    model = copy.copy(chain.model)
+    beam = list(parts(chain)[2].ids)
+    model.body_mass[beam] *= density
+    model.body_inertia[beam] *= density
+    model.jnt_stiffness[2:] *= stiffness
+    if payload:
+        tip = model.site("tip")
+        _load(model, int(tip.bodyid[0]), tip.pos, payload)
+    mujoco.mj_setConst(model, mujoco.MjData(model))  # what MuJoCo derives from masses
+    return replace(chain, model=model)
+
+
+def with_motors(arm: Arm, I_m1: float | None, I_m2: float | None) -> Arm:
+    """Return a copy of a chain or rod, with other armatures of its joints where given [kg m2]."""
+    model = copy.copy(arm.model)
+    for dof, inertia in enumerate((I_m1, I_m2)):
+        if inertia is not None:
+            model.dof_armature[dof] = inertia
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return replace(arm, model=model)
+
+
+def _load(model: mujoco.MjModel, body: int, place: Array, mass: float) -> None:
+    """Add a point mass [kg] to a body, at a place (3,) in its frame [m]."""
+    total = model.body_mass[body] + mass
+    centre = (model.body_mass[body] * model.body_ipos[body] + mass * place) / total
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, model.body_iquat[body])
+    axes = rotation.reshape(3, 3)
+    inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
+    inertia += model.body_mass[body] * _point(model.body_ipos[body] - centre)
+    inertia += mass * _point(place - centre)
+    values, vectors = np.linalg.eigh(inertia)
+    vectors[:, 2] *= np.sign(np.linalg.det(vectors))  # a rotation, no reflection
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, vectors.flatten())
+    model.body_mass[body], model.body_ipos[body] = total, centre
+    model.body_inertia[body], model.body_iquat[body] = values, quaternion
+
+
+def _point(d: Array) -> Array:
+    """Return the inertia (3, 3) about the origin of a unit mass at d (3,) [m2]."""
+    return float(d @ d) * np.eye(3) - np.outer(d, d)

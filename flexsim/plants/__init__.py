@@ -1,0 +1,1 @@
+"""The models of the arm that a loop can run: one protocol, many plants."""

@@ -1,0 +1,181 @@
+"""A compiled chain as a flexible link: its modes, its modal integrals, the robot it is part of.
+
+    >>> from flexsim.mjcf.chain_file import load_chain
+    >>> from flexsim.plants.chain_as_modes import modes_of_chain, parameters_of
+    >>> chain = load_chain("models/chain6.xml")
+    >>> modes_of_chain(chain, 3).stiffness        # coefficients of the assumed-modes equations
+    >>> parameters_of(chain).EI                   # of the uniform beam that bends as far
+
+So an edited file is the robot of both plants. The modes are those of the chain with its hub
+locked; their integrals are sums over the bodies beyond the clamp, so that uneven stiffness, a
+payload, dampers in the hinges and another length all come along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ModelError
+from flexsim.mjcf.as_parameters import parameters_of
+from flexsim.mjcf.bodies import Bodies, parts, require_carried
+from flexsim.mjcf.chain_file import ChainModel, mass_matrix, stiffness_matrix
+from flexsim.numerics.types import Array
+from flexsim.plants.assumed_modes import AssumedModes
+
+ROUNDING = 1e-12  # damping ratios of undamped chains are below
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """Linear properties of a compiled chain, its first n modes.
+
+    Attributes:
+        clamped, joint_free: (n,) frequencies [rad/s], joints locked and free, beam straight,
+            theta2 = 0.
+        hinges: (N, n) hinge angles [rad/m] of modes whose modal mass is that of the beam, as (15)
+            has it, with the signs of the beam's at the tip: plus, minus, plus.
+        shapes: (N+2, n) transverse displacement of these at clamp, hinges, tip [-].
+        Phi, moment: (n,) couplings int chi dx [m] and int (x-r) chi dx [m2]; tip: tip values.
+        compliance: static tip deflection per tip force [m/N].
+    """
+
+    clamped: Array
+    joint_free: Array
+    hinges: Array
+    shapes: Array
+    Phi: Array
+    moment: Array
+    tip: Array
+    compliance: float
+
+
+def vibration(chain: ChainModel, parameters: Parameters, n: int = 3) -> Vibration:
+    """Return the linear properties of a chain as MuJoCo compiled it.
+
+    Args:
+        chain: the model; parameters: of the beam it stands for, which scale the modes; n: how many.
+
+    Raises:
+        ModelError: the chain has fewer than n hinges along the beam.
+    """
+    model = chain.model
+    if model.nv - 2 < n:
+        raise ModelError(
+            f"{chain.source}: has {model.nv - 2} hinges along the beam; at least {n} are needed "
+            f"for {n} modes"
+        )
+    M, K = mass_matrix(model, np.zeros(model.nq)), stiffness_matrix(model)
+    squared, vectors = eigh(K[2:, 2:], M[2:, 2:])
+    vectors = vectors[:, :n] * np.sqrt(parameters.m_b)  # modal mass rho L
+    across = _across(chain, vectors)
+    signs = np.sign(across[-1]) * (-1.0) ** np.arange(n)  # tip values 2, -2, 2
+    vectors, across = vectors * signs, across * signs
+    free, _ = eigh(K, M)
+    X = M[1, 2:] @ vectors / parameters.rho  # int x chi
+    Phi = (M[0, 2:] - M[1, 2:]) @ vectors / (parameters.rho * chain.L_R)
+    arm = np.append(0.0, np.cumsum(chain.lengths))
+    lever = arm[-1] - arm[:-1]  # from each hinge to the tip
+    return Vibration(
+        clamped=np.sqrt(squared[:n]),
+        joint_free=np.sqrt(free[2 : 2 + n]),
+        hinges=vectors,
+        shapes=across,
+        Phi=Phi,
+        moment=X - chain.clamp * Phi,
+        tip=across[-1],
+        compliance=float(lever @ np.linalg.solve(K[2:, 2:], lever)),
+    )
+
+
+def _across(chain: ChainModel, vectors: Array) -> Array:
+    """Return transverse displacements (N+2, n) at clamp, hinges, tip of hinge angles (N, n)."""
+    angle = np.cumsum(vectors, axis=0)  # (N, n) of each segment
+    still = np.zeros((2, vectors.shape[1]))
+    return np.vstack([still, np.cumsum(chain.lengths[:, None] * angle, axis=0)])
+
+
+def clamped_damping(chain: ChainModel) -> Array:
+    """Return damping ratios (N,) of the chain's motions with the joints locked, slowest first [-].
+
+    A motion that creeps back without swinging counts as 1.
+    """
+    model = chain.model
+    M = mass_matrix(model, np.zeros(model.nq))[2:, 2:]
+    force = np.hstack([np.diag(model.jnt_stiffness[2:]), np.diag(model.dof_damping[2:])])
+    n = len(M)
+    A = np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])  # (2N, 2N)
+    rates = np.linalg.eigvals(A)
+    rates = rates[np.argsort(np.abs(rates), kind="stable")]
+    swinging = rates[rates.imag >= 0][:n]
+    ratios: Array = -swinging.real / np.abs(swinging)
+    return np.where(np.abs(ratios) < ROUNDING, 0.0, ratios)
+
+
+def modes_of_chain(chain: ChainModel, n: int = 3, step: float = 1e-3) -> AssumedModes:
+    """Return the coefficients of the assumed-modes equations with n modes of the chain itself.
+
+    To second order in the modal coordinates, as the equations are: the segments' rotations shorten
+    the beam, and bodies have rotary inertia, so N is what J2 = J + m |eta|^2 - eta'N eta leaves.
+
+    Args:
+        chain: a checked file; n: modes; step: of RK4 [s].
+
+    Raises:
+        ModelError: too few hinges, or something that the equations do not have (see
+            `require_carried`).
+    """
+    require_carried(chain)
+    p, model = parameters_of(chain), chain.model
+    found = vibration(chain, p, n)
+    V = found.hinges  # (N, n)
+    _, hub, beam = parts(chain)
+    M = mass_matrix(model, np.zeros(model.nq))
+    angle = np.cumsum(V, axis=0)  # (N, n) of the segments
+    cover = _lever_within(chain, beam)  # (B, N) length of each segment that carries each body
+    across = cover @ angle  # (B, n) transverse displacement of the centres of mass
+    mass = np.full(n, p.m_b)  # by the scale of the modes
+    spread = np.einsum("b,bi,bj->ij", beam.mass, across, across)
+    return AssumedModes(
+        L_R=p.L_R,
+        reach=p.reach,
+        A=p.I_m1 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b),
+        J=hub.about_axis + beam.about_axis,
+        I_m2=p.I_m2,
+        first_moment=float(hub.mass @ hub.x + beam.mass @ beam.x),
+        F_1=float(model.dof_damping[0]),
+        F_2=float(model.dof_damping[1]),
+        r_1=p.r_1,
+        r_2=p.r_2,
+        P=(M[0, 2:] - M[1, 2:]) @ V / p.L_R,
+        X=M[1, 2:] @ V,
+        mass=mass,
+        inverse_mass=1 / mass,
+        stiffness=found.clamped**2 * mass,
+        damping=V.T @ (model.dof_damping[2:, None] * V),
+        M=angle.T @ ((beam.mass @ cover)[:, None] * angle),  # -2 sum of mass times shortening
+        N=np.diag(mass) - spread + angle.T @ (((beam.mass * beam.x) @ cover)[:, None] * angle),
+        tip=found.tip.copy(),
+        slope=angle.T @ (chain.lengths[:, None] * angle),
+        step=step,
+    )
+
+
+def _lever_within(chain: ChainModel, beam: Bodies) -> Array:
+    """Return (B, N): how much of each segment lies between the clamp and each centre of mass [m].
+
+    A body beyond its segment's end, as a payload may be, turns with its segment.
+    """
+    carrier = chain.model.body_weldid[list(beam.ids)]
+    order = {int(body): j for j, body in enumerate(chain.model.jnt_bodyid[2:])}
+    starts = chain.root + np.concatenate([[0.0], np.cumsum(chain.lengths)[:-1]])  # (N,)
+    cover = np.zeros((len(beam.ids), len(chain.lengths)))
+    for b, weld in enumerate(carrier):
+        j = order.get(int(weld), -1)  # -1: fixed to the hub
+        cover[b, : max(j, 0)] = chain.lengths[: max(j, 0)]
+        if j >= 0:
+            cover[b, j] = beam.x[b] - starts[j]
+    return cover

@@ -1,0 +1,103 @@
+"""The plants behind one pair of compiled functions, `physics_step` and `tip_in_hub`.
+
+A plant's state is one array: generalised positions, then velocities, of which the first two are
+theta1 and theta2. Compiled code chooses the plant by the type of its coefficients, so one closed
+loop serves all; interpreted code (`NUMBA_DISABLE_JIT=1`) chooses it at the call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from flexsim.numerics.jit import jit
+from flexsim.numerics.types import Array
+from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
+from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
+from flexsim.plants.printed import PrintedModes, printed_acceleration
+
+Compiled = AssumedModes | PrintedModes | Chain | Rod
+
+
+@jit
+def modes_step(
+    p: AssumedModes, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
+) -> None:
+    """Advance the consistent assumed modes by one Runge-Kutta step."""
+    rk4_step(acceleration, p, p.step, state, tau_1, tau_2, work)
+
+
+@jit
+def printed_step(
+    p: PrintedModes, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
+) -> None:
+    """Advance the printed assumed modes by one Runge-Kutta step."""
+    rk4_step(printed_acceleration, p, p.step, state, tau_1, tau_2, work)
+
+
+@jit
+def modes_tip(p: AssumedModes, state: Array):  # type: ignore[no-untyped-def]
+    """Return the tip along and across the hub's x-axis, from joint 2 [m], with its shortening.
+
+    Source: (16); the shortening u = -1/2 int v'^2 dx.
+    """
+    n = p.tip.shape[0]
+    v = shortening = 0.0
+    for j in range(n):
+        v += p.tip[j] * state[2 + j]
+        for i in range(n):
+            shortening -= 0.5 * p.slope[j, i] * state[2 + j] * state[2 + i]
+    return p.reach + shortening, v
+
+
+@jit
+def printed_tip(p: PrintedModes, state: Array):  # type: ignore[no-untyped-def]
+    """Return `modes_tip` of the printed equations' state."""
+    return modes_tip(p, state)
+
+
+_STEPS: dict[type, Callable[..., Any]] = {
+    AssumedModes: modes_step,
+    PrintedModes: printed_step,
+    Chain: chain_step,
+    Rod: rod_step,
+}
+_TIPS: dict[type, Callable[..., Any]] = {
+    AssumedModes: modes_tip,
+    PrintedModes: printed_tip,
+    Chain: chain_tip,
+    Rod: rod_tip,
+}
+
+
+def physics_step(
+    plant: Compiled, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
+) -> None:
+    """Advance a plant's state by one physics step with the joint torques held [N m].
+
+    Args:
+        plant: coefficients; slot: index of the running thread.
+        state: (2 m,), overwritten; work: (6, m) work space.
+    """
+    _STEPS[type(plant)](plant, slot, state, tau_1, tau_2, work)
+
+
+def tip_in_hub(plant: Compiled, state: Array) -> tuple[float, float]:
+    """Return the tip along and across the hub's x-axis, from joint 2 [m]; the second is v."""
+    return _TIPS[type(plant)](plant, state)
+
+
+@overload(physics_step, jit_options={"forceinline": True})
+def _physics_step(plant, slot, state, tau_1, tau_2, work):  # type: ignore[no-untyped-def]
+    step = _STEPS[plant.instance_class]
+    return lambda plant, slot, state, tau_1, tau_2, work: step(
+        plant, slot, state, tau_1, tau_2, work
+    )
+
+
+@overload(tip_in_hub, jit_options={"forceinline": True})
+def _tip_in_hub(plant, state):  # type: ignore[no-untyped-def]
+    tip = _TIPS[plant.instance_class]
+    return lambda plant, state: tip(plant, state)

@@ -1,0 +1,162 @@
+"""Plants as objects: what studies hold, start, run and look into.
+
+    >>> from flexsim import AssumedModesPlant, ChainPlant, Parameters
+    >>> plant = AssumedModesPlant(Parameters(), modes=3, step=1e-3)
+
+All have the same attributes: `name`, `step` [s], `parameters`, `running(threads)`,
+`rest_state(theta)` and `observe(states)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
+
+from flexsim.arm.beam import mode_shapes
+from flexsim.arm.kinematics import in_world, tip_position
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.mjcf.as_parameters import parameters_of
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.numerics.step_limits import POSES, fastest_decay, halved, longest_rk4_step
+from flexsim.numerics.types import Array
+from flexsim.plants import assumed_modes, printed
+from flexsim.plants.assumed_modes import AssumedModes
+from flexsim.plants.base import Observation
+from flexsim.plants.chain_as_modes import modes_of_chain, vibration
+from flexsim.plants.printed import PrintedModes
+
+DRAWN_POINTS = 41  # along the assumed-modes beam
+SHORTEST_STEP = 1e-6  # [s] at which frequencies are asked for
+
+
+@dataclass(frozen=True)
+class AssumedModesPlant:
+    """The assumed-modes equations with RK4.
+
+    Attributes:
+        parameters: the robot; modes: n, 0 for a rigid second link; step: physics step [s].
+        form: 'consistent' or 'printed'.
+        chain: an MJCF file whose own modes and masses take the place of the parameters' beam.
+
+    Raises:
+        ParameterError: an unknown form, or a step beyond the integrator's limit.
+        ModelError: the file has something that the equations do not.
+    """
+
+    parameters: Parameters = field(default_factory=Parameters)
+    modes: int = 3
+    step: float = 1e-3
+    form: str = "consistent"
+    name: str = "assumed-modes"
+    chain: ChainModel | None = None
+
+    def __post_init__(self) -> None:
+        if self.form not in ("consistent", "printed"):
+            raise ParameterError(f"form {self.form!r} is unknown; choose consistent or printed")
+        if not 0 < self.step < np.inf:
+            raise ParameterError(f"physics step is {self.step} s; give more than 0")
+        if self.step >= self.longest_step:
+            omega, decay = self.highest_frequency, self.fastest_decay
+            damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
+            raise ParameterError(
+                f"physics step {self.step:g} s is too long for RK4 with {self.modes} modes up to "
+                f"{omega:.0f} rad/s{damping}; use less than {self.longest_step:.3g} s"
+            )
+
+    @classmethod
+    def of_chain(cls, chain: ChainModel, modes: int = 3, **more: Any) -> AssumedModesPlant:
+        """Return the plant of an MJCF file: its rigid bodies, the modes of its own chain.
+
+        Args:
+            chain: the file; modes: n. more: `step`, `form`, `name`.
+
+        Raises:
+            ParameterError, ModelError: as the plant itself.
+        """
+        return cls(parameters_of(chain), modes, chain=chain, **more)
+
+    @cached_property
+    def coefficients(self) -> AssumedModes:
+        """Coefficients of the consistent equations."""
+        if self.chain is not None:
+            return modes_of_chain(self.chain, self.modes, self.step)
+        return assumed_modes.assumed_modes(self.parameters, self.modes, self.step)
+
+    @property
+    def highest_frequency(self) -> float:
+        """Highest natural frequency with both joints free [rad/s], over poses of joint 2."""
+        p = self.coefficients
+        found = [assumed_modes.free_frequencies(p, pose).max(initial=0.0) for pose in POSES]
+        return float(max(found))
+
+    @property
+    def fastest_decay(self) -> float:
+        """Largest |lambda| of damped motions with both joints free [1/s], 0 without any."""
+        p = self.coefficients
+        D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
+        K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
+        still = np.zeros(self.modes)
+        return fastest_decay(
+            (assumed_modes.mass_matrix(p, np.array([0.0, pose, *still])), D, K) for pose in POSES
+        )
+
+    @property
+    def longest_step(self) -> float:
+        """Step below which RK4 is stable near rest [s]."""
+        return longest_rk4_step(self.highest_frequency, self.fastest_decay)
+
+    @cached_property
+    def drawn(self) -> tuple[Array, Array]:
+        """Points along the hub's axis (P,) [m] and the modes' displacements there (P, n)."""
+        if self.chain is not None:
+            c = self.chain
+            along = np.concatenate([[c.clamp], c.root + np.append(0.0, np.cumsum(c.lengths))])
+            return along, vibration(c, self.parameters, self.modes).shapes
+        x = np.linspace(0.0, 1.0, DRAWN_POINTS)
+        shapes = mode_shapes(self.modes, x) if self.modes else np.zeros((DRAWN_POINTS, 0))
+        return self.parameters.r + x * self.parameters.L, shapes
+
+    @contextmanager
+    def running(self, threads: int) -> Iterator[AssumedModes | PrintedModes]:
+        """Give the coefficients for compiled code."""
+        consistent = self.coefficients
+        yield printed.printed_modes(consistent) if self.form == "printed" else consistent
+
+    def rest_state(self, theta: ArrayLike) -> Array:
+        """Return the state (2 (n+2),) at rest at joint angles (2,) [rad], beam straight."""
+        state = np.zeros(2 * (self.modes + 2))
+        state[:2] = theta
+        return state
+
+    def observe(self, states: Array, energy: bool = True) -> Observation:
+        """Return what states (K, 2 (n+2)) look like; energy is nan where not wanted."""
+        p, n = self.coefficients, self.modes
+        eta = states[:, 2 : 2 + n]
+        v = eta @ p.tip
+        shortening = -np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2
+        along, shapes = self.drawn
+        across = eta @ shapes.T  # (K, P)
+        return Observation(
+            joint=states[:, :2].copy(),
+            v=v,
+            tip=tip_position(self.parameters, states[:, :2], v, shortening),
+            modal=eta.copy(),
+            energy=assumed_modes.energy(p, states) if energy else np.full(len(states), np.nan),
+            beam=in_world(
+                self.parameters.L_R, states[:, :2], np.broadcast_to(along, across.shape), across
+            ),
+        )
+
+
+def stable_modes_step(parameters: Parameters, modes: int, chain: ChainModel | None = None) -> float:
+    """Return 1 ms, halved until RK4 can take the assumed modes with free joints [s]."""
+    plant = AssumedModesPlant(parameters, modes, SHORTEST_STEP, chain=chain)
+    return halved(plant.longest_step)

@@ -1,0 +1,109 @@
+"""MuJoCo's `mj_step` and the tip's place, as compiled loops call them for chain and rod.
+
+A state is one array of ours, `qpos` then `qvel`; an `mjData` is a workspace, one per thread.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsim.numerics.jit import jit
+from flexsim.numerics.mujoco_c import (
+    CONTROL,
+    STATE,
+    mj_getState,
+    mj_setState,
+    mj_step,
+)
+from flexsim.numerics.types import Array
+
+
+class Chain(NamedTuple):
+    """A chain as compiled functions read it.
+
+    `model` and `data` are addresses, one mjData per thread; L_R, root (from joint 2 to the first
+    hinge) and lengths (of the N segments, the last to the tip) in metres.
+    """
+
+    model: int
+    data: NDArray[np.int64]
+    L_R: float
+    root: float
+    lengths: Array
+    step: float
+
+
+class Workspaces:
+    """One mjData per thread, kept alive as long as compiled code uses their addresses."""
+
+    def __init__(self, model: mujoco.MjModel, threads: int) -> None:
+        self.data = [mujoco.MjData(model) for _ in range(threads)]
+        self.addresses = np.array([data._address for data in self.data], dtype=np.int64)
+
+
+@jit
+def chain_step(p: Chain, slot: int, state: Array, tau_1: float, tau_2: float, work: Array) -> None:
+    """Advance the state by one `mj_step`, torques held.
+
+    Args:
+        slot: which thread's mjData serves as workspace.
+        state: (2 (N+2),) qpos, then qvel; overwritten. work: (6, N+2) work space.
+    """
+    work[0, 0] = tau_1
+    work[0, 1] = tau_2
+    mj_setState(p.model, p.data[slot], state.ctypes.data, STATE)
+    mj_setState(p.model, p.data[slot], work.ctypes.data, CONTROL)
+    mj_step(p.model, p.data[slot])
+    mj_getState(p.model, p.data[slot], state.ctypes.data, STATE)
+
+
+@jit
+def chain_tip(p: Chain, state: Array):  # type: ignore[no-untyped-def]
+    """Return the tip along and across the hub's x-axis, from joint 2 [m]."""
+    along, across, angle = p.root, 0.0, 0.0
+    for j in range(p.lengths.shape[0]):
+        angle += state[2 + j]
+        along += p.lengths[j] * np.cos(angle)
+        across += p.lengths[j] * np.sin(angle)
+    return along, across
+
+
+class Rod(NamedTuple):
+    """A rod as compiled functions read it.
+
+    `model` and `data` are addresses, one mjData per thread; L_R and reach, from joint 2 to the tip
+    of the straight beam, in metres.
+    """
+
+    model: int
+    data: NDArray[np.int64]
+    L_R: float
+    reach: float
+    step: float
+
+
+@jit
+def rod_step(p: Rod, slot: int, state: Array, tau_1: float, tau_2: float, work: Array) -> None:
+    """Advance the state by one `mj_step`, torques held.
+
+    Args:
+        slot: which thread's mjData serves as workspace.
+        state: (4 (N+1),) qpos, then qvel; overwritten. work: (6, 2 (N+1)) work space.
+    """
+    work[0, 0] = tau_1
+    work[0, 1] = tau_2
+    mj_setState(p.model, p.data[slot], state.ctypes.data, STATE)
+    mj_setState(p.model, p.data[slot], work.ctypes.data, CONTROL)
+    mj_step(p.model, p.data[slot])
+    mj_getState(p.model, p.data[slot], state.ctypes.data, STATE)
+
+
+@jit
+def rod_tip(p: Rod, state: Array):  # type: ignore[no-untyped-def]
+    """Return the tip along and across the hub's x-axis, from joint 2 [m]."""
+    m = state.shape[0] // 2
+    return p.reach + state[m - 2], state[m - 1]

@@ -1,0 +1,176 @@
+"""MuJoCo's own elastic rod as a plant, beside the assumed modes and the tuned chain.
+
+    >>> from flexsim import Parameters
+    >>> from flexsim.plants.rod_plant import RodPlant
+    >>> plant = RodPlant.designed(Parameters(), elements=14)
+
+It is the third opinion: bending written by others, nothing in it tuned to the exact beam. What it
+reaches, with N elements, on the default robot (`tests/test_rod.py` holds it to these):
+
+- clamped frequencies 1, 2, 3 off by +0.04, -0.50, -1.77 % with N = 14, +0.02, -0.25, -0.89 % with
+  N = 20: second order in 1/N, which nothing short of more elements improves;
+- static deflection of the tip to 2e-5;
+- tip under the torques of `studies.parity.crosscheck`, 9 mm of deflection: 3e-5 m rms with N = 14;
+- energy constant to 1e-10 over 2 s of free motion, so RK4 damps nothing that matters;
+- what it cannot: its step falls with 1/N^2, N = 14 needs 0.5 ms and constraints that hold its
+  edges, so a simulated millisecond costs some twelve times one of the chain of six; and MuJoCo's
+  implicit integrator `discrete`, which takes long steps, damps mode 3 with a ratio of 0.17 at 1 ms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexsim.arm.beam import mode_shapes
+from flexsim.arm.parameters import Parameters
+from flexsim.mjcf.designed import designed_rod
+from flexsim.mjcf.rod_file import RodModel
+from flexsim.mjcf.rod_xml import ELEMENTS
+from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.types import Array
+from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.mujoco_steps import Rod, Workspaces
+
+GAUSS_POINTS = 12  # to an element: modes 1 to 3 times a line, to rounding
+
+
+@dataclass(frozen=True, eq=False)
+class RodPlant:
+    """The MuJoCo rod, stepped by `mj_step`.
+
+    Attributes:
+        parameters: the robot, for its beam's modes and reach; rod: the checked MJCF.
+    """
+
+    parameters: Parameters
+    rod: RodModel
+    name: str = "rod"
+
+    @classmethod
+    def designed(
+        cls,
+        parameters: Parameters,
+        elements: int = ELEMENTS,
+        step: float | None = None,
+    ) -> RodPlant:
+        """Return the rod of a robot, as `flexsim.mjcf.rod_xml` writes it.
+
+        Args:
+            parameters: the robot; elements: N.
+            step: physics step [s]; None for 1 ms, halved until RK4 can take it.
+
+        Raises:
+            ParameterError, ModelError: elements or step out of range.
+        """
+        return cls(parameters, designed_rod(parameters, elements, step))
+
+    @property
+    def step(self) -> float:
+        """Physics step, the file's timestep [s]."""
+        return self.rod.step
+
+    @contextmanager
+    def running(self, threads: int) -> Iterator[Rod]:
+        """Give addresses for compiled code, alive and quiet as long as the block runs."""
+        r = self.rod
+        workspaces = Workspaces(r.model, threads)
+        with quiet_warnings():
+            yield Rod(r.model._address, workspaces.addresses, r.L_R, r.reach, r.step)
+
+    def rest_state(self, theta: ArrayLike) -> Array:
+        """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""
+        state = np.zeros(2 * self.rod.model.nq)
+        state[:2] = theta
+        return state
+
+    def observe(self, states: Array, energy: bool = True) -> Observation:
+        """Return what states (K, 2 nq) look like; modal: the shape projected on the modes (15)."""
+        L_R, theta = self.rod.L_R, states[:, :2]
+        points = self.shape(states)  # (K, N+2, 2)
+        across = points[:, :, 1]
+        beam = _in_world(L_R, theta, points)
+        return Observation(
+            joint=theta.copy(),
+            v=across[:, -1].copy(),
+            tip=beam[:, -1].copy(),
+            modal=across @ self.projection(MODES_SHOWN).T,
+            energy=self.energies(states) if energy else np.full(len(states), np.nan),
+            beam=beam,
+        )
+
+    def shape(self, states: Array) -> Array:
+        """Return clamp and vertices (K, N+2, 2) along and across the hub's axis, from joint 2 [m].
+
+        The first of the vertices is fixed to the hub.
+        """
+        r = self.rod
+        points = np.zeros((len(states), len(r.vertices), 2))
+        points[:, :, 0] = np.concatenate([[r.clamp], r.vertices[1:]])
+        points[:, 2:] += states[:, 2 : r.model.nq].reshape(len(states), -1, 2)
+        return points
+
+    def projection(self, n: int) -> Array:
+        """Return the matrix (n, N+2) from transverse positions to modal coordinates.
+
+        eta_i = (1/L) int chi_i v dx of the polyline v through clamp and vertices.
+        """
+        r = self.rod
+        nodes = np.concatenate([[0.0], r.vertices[1:] - r.clamp]) / (r.reach - r.clamp)
+        point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        spans = np.diff(nodes)[:, None]
+        x = (nodes[:-1, None] + spans * (point + 1) / 2).ravel()
+        weighted = mode_shapes(n, x) * (spans * weight / 2).reshape(-1, 1)  # (X, n)
+        hats = np.array([np.interp(x, nodes, row) for row in np.eye(len(nodes))])  # (N+2, X)
+        matrix: Array = (hats @ weighted).T
+        return matrix
+
+    def energies(self, states: Array) -> Array:
+        """Return kinetic plus bending energy (K,) [J]; MuJoCo's own energy[0] leaves bending out.
+
+        The edges, held by constraints, store none.
+        """
+        model = self.rod.model
+        data = mujoco.MjData(model)
+        full = np.zeros((model.nv, model.nv))
+        energies = self.bending_energies(states)
+        for k, state in enumerate(states):
+            data.qpos[:] = state[: model.nq]
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fullM(model, data, full)
+            energies[k] += state[model.nq :] @ full @ state[model.nq :] / 2
+        return energies
+
+    def bending_energies(self, states: Array) -> Array:
+        """Return the energy (K,) of the bent rod [J].
+
+        sum k |kb|^2 with kb = 2 a x b/(|a||b| + a.b), twice the tangent of half the angle between
+        the edges a, b at a vertex. Source: MuJoCo's documentation of `flex/elasticity`.
+        """
+        points = self.shape(states)
+        points[:, 0, 0] = self.rod.vertices[0]
+        edge = np.diff(points, axis=1)  # (K, N+1, 2)
+        length = np.linalg.norm(edge, axis=2)
+        a, b = edge[:, :-1], edge[:, 1:]
+        cross = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+        curved = 2 * cross / (length[:, :-1] * length[:, 1:] + (a * b).sum(axis=2))  # (K, N)
+        energies: Array = curved**2 @ self.rod.bending
+        return energies
+
+
+def _in_world(L_R: float, theta: Array, points: Array) -> Array:
+    """Return world positions (K, P, 2) [m] of points (K, P, 2) given in the hub's frame."""
+    first, second = theta[:, :1], theta[:, :1] + theta[:, 1:2]
+    along, across = points[..., 0], points[..., 1]
+    return np.stack(
+        [
+            L_R * np.cos(first) + along * np.cos(second) - across * np.sin(second),
+            L_R * np.sin(first) + along * np.sin(second) + across * np.cos(second),
+        ],
+        axis=-1,
+    )

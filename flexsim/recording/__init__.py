@@ -1,0 +1,1 @@
+"""Runs as rerun recordings, arranged when opened; the only room that knows rerun."""

@@ -1,0 +1,59 @@
+"""One closed-loop case to record or draw: what was asked, and how each plant moved."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexsim.errors import ParameterError
+from flexsim.loop.motion import Motion
+from flexsim.loop.trajectories import Reference
+from flexsim.numerics.types import Array
+from flexsim.recording.traces import longest
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One closed-loop case: what was asked, and how each plant moved.
+
+    Attributes:
+        name: entity root and tab; letters, digits, '_', '-' and '.'.
+        trajectory, controllers, setting: for titles and tables.
+        motions: by the plant's name; at least one. Of two, the difference is shown.
+        chain_model: the compiled MJCF whose geometry draws the plant 'chain'; without it the
+            chain is drawn as other arms are.
+        reference: all of it, also after a divergence; without it, as far as the longer motion.
+
+    Raises:
+        ParameterError: a name that no entity path can carry, or no motion.
+    """
+
+    name: str
+    trajectory: str
+    controllers: str
+    setting: str
+    motions: Mapping[str, Motion]
+    chain_model: mujoco.MjModel | None = None
+    reference: Reference | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what could not be recorded."""
+        if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", self.name):
+            raise ParameterError(
+                f"case name {self.name!r} cannot be used; give letters, digits, '_', '-' and '.'"
+            )
+        if not self.motions:
+            raise ParameterError(f"case {self.name!r} has no motion; give one plant's or both's")
+
+    @property
+    def reference_tip(self) -> tuple[Array, Array]:
+        """Time (M,) [s] and tip (M, 2) [m] of as much of the reference as is known."""
+        if self.reference is not None:
+            return self.reference.time, self.reference.tip
+        whole = longest(self.motions)
+        return whole.time, whole.reference_tip

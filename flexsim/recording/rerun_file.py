@@ -1,0 +1,84 @@
+"""What every recording of ours does with rerun: strict errors, texts, tables, ids, the viewer."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from flexsim.errors import RunError
+
+APPLICATION = "flexsim"
+# `python -m rerun_cli` would do, but ends with status 0 whatever happened
+RERUN_TOOL = (
+    sys.executable,
+    "-c",
+    "import sys; from rerun_cli.__main__ import main; sys.exit(main())",
+)
+
+
+@contextmanager
+def strict() -> Iterator[None]:
+    """Have rerun raise what it would otherwise only warn of."""
+    before = rr.strict_mode()
+    rr.set_strict_mode(True)
+    try:
+        yield
+    finally:
+        rr.set_strict_mode(before)
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    escaped = ([cell.replace("|", "\\|") for cell in line] for line in lines)
+    return "\n".join("| " + " | ".join(line) + " |" for line in escaped)
+
+
+def log_text(stream: rr.RecordingStream, path: str, text: str) -> None:
+    """Record a markdown text."""
+    stream.log(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+
+
+def log_properties(stream: rr.RecordingStream, name: str, values: Mapping[str, Any]) -> None:
+    """Record named texts among the recording's properties; rerun refuses an empty set."""
+    if values:
+        stream.send_property(name, rr.AnyValues(**values))
+
+
+def open_recording(path: Path, web: bool = False) -> None:
+    """Show a recording in the rerun viewer, and return when that is closed.
+
+    Args:
+        path: an `.rrd` file.
+        web: serve it to a browser on this machine instead of opening a window.
+
+    Raises:
+        RunError: there is no such file, or the viewer cannot start.
+    """
+    if not path.is_file():
+        raise RunError(f"there is no recording {path}; give an .rrd file that exists")
+    command = [*RERUN_TOOL, str(path.resolve()), "--bind", "127.0.0.1"]
+    command += ["--web-viewer"] if web else []
+    try:
+        status = subprocess.run(command, check=False).returncode
+    except KeyboardInterrupt:
+        return
+    if status not in (0, 130):
+        hint = "see its message above" if web else "without a display, use --web"
+        raise RunError(f"the rerun viewer ended with status {status}; {hint}")
+
+
+def fix_ids(part: rrb.Container | rrb.View, seed: uuid.UUID) -> None:
+    """Replace the random ids of a part and all it holds, so that equal runs give equal files."""
+    part.id = seed
+    if isinstance(part, rrb.Container):
+        for i, inner in enumerate(part.contents):
+            fix_ids(inner, uuid.uuid5(seed, str(i)))

@@ -1,0 +1,182 @@
+"""One `.rrd` of a whole study: both arms over the reference and every curve, already arranged.
+
+    >>> write_recording(run / "run.rrd", cases, metadata, parameters)    # doctest: +SKIP
+    >>> open_recording(run / "run.rrd", web=False)                       # doctest: +SKIP
+
+Columns are sent whole, after the run, on one timeline, `simulation_time`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from flexsim.arm.parameters import Parameters, describe
+from flexsim.errors import FlexsimError, ParameterError, RunError
+from flexsim.loop.motion import Motion
+from flexsim.recording.case import Case
+from flexsim.recording.layout import layout
+from flexsim.recording.rerun_file import (
+    APPLICATION,
+    log_properties,
+    log_text,
+    markdown_table,
+    strict,
+)
+from flexsim.recording.scene import LIFT, colour, corners, log_scene, time_column
+from flexsim.recording.traces import ASSUMED_MODES, Trace, spoken, traces
+
+BROAD, THIN = 3.5, 1.3  # of a curve [points]; the chain's lies on the one it mostly coincides with
+SHADES = (1.0, 0.62, 0.4)  # of a plant's colour, for its first, second, ... curve in one plot
+DIFFERENCE_COLOURS = ((204, 121, 167), (0, 158, 115), (240, 228, 66))
+
+
+def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
+    """Return an id that only equal contents share: viewers merge recordings of one id."""
+    digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
+    for case in cases:
+        digest.update(f"{case.name} {case.trajectory} {case.controllers} {case.setting}".encode())
+        for plant, motion in case.motions.items():
+            digest.update(plant.encode() + np.ascontiguousarray(motion.state).tobytes())
+    return uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
+
+
+def _outcome(motion: Motion) -> str:
+    """Return in words how a motion ended."""
+    if motion.diverged is not None:
+        return f"**diverged at t = {motion.diverged:.3f} s**"
+    return f"ran to its end, t = {motion.time[-1]:.3f} s" if motion.time.size else "no samples"
+
+
+def _notes(case: Case) -> str:
+    """Return what is to be known about a case, in markdown."""
+    head = ("case", case.name)
+    rows = [
+        ("trajectory", case.trajectory),
+        ("controllers", case.controllers),
+        ("setting", case.setting),
+        *((spoken(plant), _outcome(motion)) for plant, motion in case.motions.items()),
+    ]
+    return (
+        f"{markdown_table(head, rows)}\n\n"
+        f"The arm drawn with lines is lifted by {LIFT * 1000:.0f} mm, for display only. "
+        "The tip error is the distance to the reference at the same time; an arm that diverged "
+        "stays where it was last."
+    )
+
+
+def _robot(parameters: Parameters) -> str:
+    """Return the robot's parameters, in markdown."""
+    rows = [
+        (
+            row["name"],
+            f"{row['value']:g} {row['unit']}".removesuffix(" -"),
+            row["meaning"] + (" (*assumed*)" if row["assumed"] else ""),
+            row["source"],
+        )
+        for row in describe(parameters)
+    ]
+    note = "A case's setting may put other motor inertias in place of these."
+    return f"# Robot\n\n{markdown_table(('', 'value', 'meaning', 'source'), rows)}\n\n{note}"
+
+
+def _curve_colours(trace: Trace) -> list[tuple[int, int, int]]:
+    """Return one colour per curve: the plant's, darker for each next curve."""
+    owner = trace.path.rsplit("/", 1)[-1]
+    if trace.path.startswith("difference/"):
+        return [DIFFERENCE_COLOURS[i % 3] for i in range(len(trace.names))]
+    red, green, blue = colour(owner)
+    shades = [SHADES[i % len(SHADES)] for i in range(len(trace.names))]
+    return [(int(red * s), int(green * s), int(blue * s)) for s in shades]
+
+
+def _log_trace(stream: rr.RecordingStream, case: Case, trace: Trace) -> None:
+    """Record the curves of one trace and their style."""
+    path = f"{case.name}/{trace.path}"
+    colours, count = _curve_colours(trace), len(trace.names)
+    width = BROAD if trace.path.endswith(f"/{ASSUMED_MODES}") else THIN
+    style = rr.SeriesLines(colors=colours, names=list(trace.names), widths=[width] * count)
+    stream.log(path, style, static=True)
+    columns = rr.Scalars.columns(scalars=trace.values.ravel())
+    counts = np.full(trace.time.size, trace.values.shape[1])
+    stream.send_columns(path, [time_column(trace.time)], columns.partition(counts))
+
+
+def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) -> None:
+    """Record one case: properties, notes, arms and curves."""
+    about = {
+        "trajectory": case.trajectory,
+        "controllers": case.controllers,
+        "setting": case.setting,
+    }
+    for plant, motion in case.motions.items():
+        if motion.diverged is not None:
+            about[f"diverged_{plant}"] = f"{motion.diverged:.6g} s"
+    log_properties(stream, case.name, about)
+    log_text(stream, f"{case.name}/notes", _notes(case))
+    log_scene(stream, case, parameters)
+    for trace in traces(case.motions):
+        _log_trace(stream, case, trace)
+
+
+def _write(
+    path: Path, cases: Sequence[Case], metadata: Mapping[str, str], parameters: Parameters
+) -> None:
+    """Write a whole recording to path, with rerun's global state left as it was."""
+    stream = rr.RecordingStream(
+        APPLICATION, recording_id=_identity(cases, metadata), send_properties=False
+    )
+    if not rr.is_enabled(stream):
+        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    stream.save(path, layout(cases, [corners(case, parameters) for case in cases]))
+    try:
+        stream.send_recording_name(APPLICATION)
+        log_properties(stream, "run", metadata)
+        log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(metadata.items()))}")
+        log_text(stream, "parameters", _robot(parameters))
+        for case in cases:
+            _log_case(stream, case, parameters)
+    finally:
+        stream.flush()
+        stream.disconnect()
+
+
+def write_recording(
+    path: Path, cases: Sequence[Case], metadata: Mapping[str, str], parameters: Parameters
+) -> None:
+    """Write one recording of all cases, its layout inside, all of it or nothing.
+
+    Args:
+        path: the `.rrd` to write; a file already there is replaced.
+        cases: at least one, all of different names; thin long motions first (`Motion.thinned`).
+        metadata: what else explains the run, such as versions and seed.
+        parameters: the robot, for the arms' lengths and the text about it.
+
+    Raises:
+        ParameterError: no case, or two of one name.
+        ModelError: a chain's motion and its MJCF do not belong together.
+        RunError: the file cannot be written.
+    """
+    names = [case.name for case in cases]
+    if not names or len(set(names)) < len(names):
+        raise ParameterError(f"cases are named {names}; give one or more, each with its own name")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with strict():
+            _write(temporary, cases, metadata, parameters)
+        rr.chunk.RrdReader(temporary).store()  # reads the footer, which comes last
+        os.replace(temporary, path)
+    except FlexsimError:
+        raise
+    except (OSError, RuntimeError) as error:
+        raise RunError(f"cannot write the recording {path}: {error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)

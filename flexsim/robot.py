@@ -1,0 +1,275 @@
+"""Which robot, and which model of it? The paper's or an MJCF file's; every plant by its name.
+
+    >>> from flexsim.robot import Robot
+    >>> robot = Robot.of("models/chain6.xml")     # Robot() is the paper's
+    >>> modes, chain = robot.both()
+    >>> rigid = robot.plant("rigid")
+
+Plants are named `rigid`, `assumed-modes`, `printed`, `chain`, `untuned` and `rod`, with a size
+after a colon where there is one: `assumed-modes:5`, `chain:10`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from flexsim.arm.beam import beta_lengths
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ModelError, ParameterError
+from flexsim.loop.settings import Setting
+from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
+from flexsim.mjcf.bodies import parts, require_linear
+from flexsim.mjcf.chain_file import ChainModel, load_chain
+from flexsim.mjcf.edits import changed, with_motors
+from flexsim.mjcf.rod_file import RodModel, load_rod
+from flexsim.mjcf.rod_xml import ELEMENTS
+from flexsim.mjcf.text import is_rod, read_mjcf
+from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
+from flexsim.plants.rod_as_beam import require_uniform
+from flexsim.plants.rod_plant import RodPlant
+
+BEAMS = ("file", "analytic")
+MODES, SEGMENTS = 3, 6
+SAME_LENGTH = 1e-6  # relative
+BALANCED = 1e-9  # [kg m] of the hub about joint 2
+KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")
+PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod[:N]"
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot that plants are made of.
+
+    Attributes:
+        parameters: of the robot without a file.
+        file: the checked MJCF file of a chain that is the robot instead, or None.
+        beam: 'file' gives the assumed modes the modes of the file's own chain, 'analytic' those
+            of the paper's beam on the file's rigid bodies.
+        rod: the checked MJCF file of a rod, whose uniform beam the parameters then are, or None.
+    """
+
+    parameters: Parameters = field(default_factory=Parameters)
+    file: ChainModel | None = None
+    beam: str = "file"
+    rod: RodModel | None = None
+
+    @property
+    def given(self) -> ChainModel | RodModel | None:
+        """The file that the robot is, of either kind."""
+        return self.file or self.rod
+
+    @classmethod
+    def of(
+        cls,
+        mjcf: str | Path | None = None,
+        beam: str = "file",
+        parameters: Parameters | None = None,
+        text: str | None = None,
+    ) -> Robot:
+        """Return the robot of an MJCF file or its text; without one, that of the parameters.
+
+        Raises:
+            ParameterError: an unknown beam, or what contradicts the file.
+            ModelError: the file cannot be used.
+        """
+        if beam not in BEAMS:
+            raise ParameterError(f"beam {beam!r} is unknown; choose {' or '.join(BEAMS)}")
+        if mjcf is None and text is None:
+            if beam != "file":
+                raise ParameterError(f"--beam {beam} has no effect without --mjcf; add a file")
+            return cls(parameters or Parameters())
+        if parameters not in (None, Parameters()):
+            raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
+        if is_rod(read_mjcf(mjcf) if text is None and mjcf is not None else text or ""):
+            rod = load_rod(mjcf, text)
+            return cls(parameters_of_rod(rod), beam=beam, rod=rod)
+        file = load_chain(mjcf, text)
+        return cls(parameters_of(file), file, beam)
+
+    def changed(self, stiffness: float, density: float, payload: float) -> Robot:
+        """Return the robot with its beam's stiffness and density times a factor, and a payload.
+
+        Without a file its default chain becomes one, so that both models carry the payload [kg].
+        """
+        file = self.file if self.file is not None else self.chain_plant().chain
+        other = changed(file, stiffness, density, payload)
+        return replace(self, parameters=parameters_of(other), file=other)
+
+    def _chain(self, setting: Setting | None) -> ChainModel | None:
+        """Return the file's chain with a setting's motors."""
+        if self.file is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
+            return self.file
+        return with_motors(self.file, setting.I_m1, setting.I_m2)
+
+    def _parameters(self, setting: Setting | None) -> Parameters:
+        return setting.applied(self.parameters) if setting else self.parameters
+
+    def modes_plant(
+        self,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        step: float | None = None,
+        form: str = "consistent",
+        name: str = "assumed-modes",
+    ) -> AssumedModesPlant:
+        """Return the assumed-modes plant, by default at 1 ms, halved until RK4 can take it.
+
+        Raises:
+            ParameterError, ModelError: modes or step out of range, or a file with something that
+                the equations do not have.
+        """
+        chain, own = self._chain(setting), self._parameters(setting)
+        if chain is not None:
+            own = parameters_of(chain)
+        if self.beam == "analytic":
+            own, chain = self._with_papers_beam(own), None
+        elif self.rod is not None:
+            require_uniform(self.rod)
+        if step is None:
+            step = stable_modes_step(own, modes, chain)
+        return AssumedModesPlant(own, modes, step, form, name, chain)
+
+    def chain_plant(
+        self,
+        setting: Setting | None = None,
+        segments: int | None = None,
+        step: float | None = None,
+        tuned: bool = True,
+        name: str = "chain",
+    ) -> ChainPlant:
+        """Return the chain: the file's, or one designed, of 6 segments unless given.
+
+        Raises:
+            ParameterError: segments or a step beside a file, which has its own; or out of range.
+        """
+        chain = self._chain(setting)
+        if self.rod is not None:
+            require_uniform(self.rod)
+        if chain is None:
+            own = self._parameters(setting)
+            return ChainPlant.designed(
+                own, SEGMENTS if segments is None else segments, step, tuned, name
+            )
+        for what, value, its in (
+            ("segments", segments, len(chain.lengths)),
+            ("step", step, chain.step),
+        ):
+            if value is not None and value != its:
+                _contradicted(chain.source, what, value, its)
+        return ChainPlant(parameters_of(chain), chain, name)
+
+    def both(
+        self,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        segments: int | None = None,
+        step: float | None = None,
+        chain_step: float | None = None,
+    ) -> tuple[AssumedModesPlant, ChainPlant]:
+        """Return both plants of the robot."""
+        return (
+            self.modes_plant(setting, modes, step),
+            self.chain_plant(setting, segments, chain_step),
+        )
+
+    def plant(
+        self,
+        name: str,
+        setting: Setting | None = None,
+        modes: int = MODES,
+        segments: int | None = None,
+        step: float | None = None,
+        chain_step: float | None = None,
+    ) -> Plant:
+        """Return a plant by its name; modes and segments hold where the name has no size.
+
+        Args:
+            name: as above. setting: whose motors it has. modes, segments: n, N.
+            step, chain_step: of assumed modes and of chains [s], as `both`.
+
+        Raises:
+            ParameterError: there is no such plant, or the file's robot has none such.
+        """
+        kind, size = plant_kind(name)
+        if kind == "rigid":
+            return self.modes_plant(setting, 0, step, name=name)
+        if kind in ("assumed-modes", "printed"):
+            beta_lengths(size or modes)  # refuses none: the rigid link has a name of its own
+            form = "printed" if kind == "printed" else "consistent"
+            return self.modes_plant(setting, size or modes, step, form, name)
+        if self.file is not None and kind != "chain":
+            raise ParameterError(
+                f"plant {name!r} is made from a uniform beam, not from {self.file.source}; "
+                "leave out --mjcf, or choose chain"
+            )
+        if kind == "rod" and self.rod is not None:
+            return self._rod_plant(self.rod, setting, size, chain_step, name)
+        if kind == "rod":
+            rod = RodPlant.designed(self._parameters(setting), size or ELEMENTS, chain_step)
+            return replace(rod, name=name)
+        return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
+
+    def _with_papers_beam(self, own: Parameters) -> Parameters:
+        """Return the robot of a file with the paper's beam, as long as the file's.
+
+        Raises:
+            ModelError: the file has something that no analytic beam takes along.
+        """
+        paper = Parameters()
+        if abs(own.L / paper.L - 1) > SAME_LENGTH and self.given is not None:
+            raise ModelError(
+                f"{self.given.source}: its beam is {own.L:g} m long, the paper's {paper.L:g} m; "
+                "--beam analytic is for files with the paper's length"
+            )
+        if self.file is not None:
+            require_linear(self.file)
+            hub = parts(self.file)[1]
+            if abs(float(hub.mass @ hub.x)) > BALANCED:
+                raise ModelError(
+                    f"{self.file.source}: body 'hub' has its centre of mass beside joint2, which "
+                    "--beam analytic cannot carry; leave it out, or centre the hub"
+                )
+        elif self.rod is not None:
+            require_linear(self.rod)
+        return replace(own, L=paper.L, rho=paper.rho, EI=paper.EI)
+
+    def _rod_plant(
+        self,
+        rod: RodModel,
+        setting: Setting | None,
+        elements: int | None,
+        step: float | None,
+        name: str,
+    ) -> RodPlant:
+        """Return the file's rod, with a setting's motors."""
+        for what, value, its in (
+            ("elements", elements, len(rod.vertices) - 2),
+            ("step", step, rod.step),
+        ):
+            if value is not None and value != its:
+                _contradicted(rod.source, what, value, its)
+        if setting is not None:
+            rod = with_motors(rod, setting.I_m1, setting.I_m2)
+        return RodPlant(self._parameters(setting), rod, name)
+
+
+def _contradicted(source: str, what: str, value: float, its: float) -> None:
+    raise ParameterError(
+        f"{source} has {what} {its:g}, not {value:g}; leave it out, or edit the file"
+    )
+
+
+def plant_kind(name: str) -> tuple[str, int | None]:
+    """Return kind and size (None without one) of a plant's name.
+
+    Raises:
+        ParameterError: there is no such plant.
+    """
+    match = re.fullmatch(rf"({'|'.join(KINDS)})(?::([1-9][0-9]{{0,3}}))?", name)
+    if not match or (match[2] and match[1] == "rigid"):
+        raise ParameterError(f"plant {name!r} is unknown; choose {PLANT_HELP}")
+    return match[1], int(match[2]) if match[2] else None

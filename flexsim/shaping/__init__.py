@@ -1,0 +1,1 @@
+"""References made so that more follows than the loop alone would: feedforward, true tip."""

@@ -1,0 +1,1 @@
+"""Do the controllers behave the same on both models? `flexsim compare`."""

@@ -1,0 +1,1 @@
+"""What every study shares: options, folder, tables, figures, how it is carried out."""

@@ -1,0 +1,82 @@
+"""The options `--mjcf` and `--beam` of every command, what they change, and the file they keep.
+
+>>> robot = config.robot_of()
+>>> print_differences(robot)                  # what the file changes
+>>> keep_file(folder, robot)                  # in the run
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from flexsim.arm.parameters import Parameters
+from flexsim.mjcf.differences import Difference, differences
+from flexsim.robot import Robot
+
+ROBOT_FILE = "robot.xml"
+DIFFERENCES_FILE = "robot_differences.csv"
+ROWS_SHOWN = 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions:
+    """Which robot a command is about."""
+
+    mjcf: Path | None = None
+    """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
+    beam: Literal["file", "analytic"] = "file"
+    """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
+    beam's on the file's rigid bodies."""
+
+    @property
+    def tuned(self) -> dict[str, Any]:
+        """The same options of a `studies.tuning.problem.Tuning`."""
+        return {"mjcf": None if self.mjcf is None else str(self.mjcf), "beam": self.beam}
+
+    def robot_of(self, parameters: Parameters | None = None) -> Robot:
+        """Return the robot; `parameters` are its own without a file.
+
+        Raises:
+            ParameterError, ModelError: as `Robot.of`.
+        """
+        return Robot.of(self.mjcf, self.beam, parameters)
+
+
+def print_differences(robot: Robot, console: Console | None = None) -> None:
+    """Print what the robot's file changes, if there is one."""
+    if robot.given is None:
+        return
+    console = console or Console(highlight=False)
+    rows = differences(robot.given)
+    if not rows:
+        console.print(f"{robot.given.source}: the same robot as the default", highlight=False)
+        return
+    console.print(f"{robot.given.source} differs from the default:", highlight=False)
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading, side in (("element", "left"), ("attribute", "left"), ("default", "right")):
+        table.add_column(heading, justify=side, overflow="fold")  # type: ignore[arg-type]
+    table.add_column("yours", justify="right", overflow="fold")
+    for row in rows[:ROWS_SHOWN]:
+        table.add_row(*map(escape, row))
+    console.print(table)
+    if len(rows) > ROWS_SHOWN:
+        console.print(f"and {len(rows) - ROWS_SHOWN} more", highlight=False)
+
+
+def keep_file(folder: Path, robot: Robot) -> None:
+    """Write the robot's file and its differences from the default into a run, if there is one."""
+    if robot.given is None:
+        return
+    (folder / ROBOT_FILE).write_text(robot.given.text, encoding="utf-8")
+    with (folder / DIFFERENCES_FILE).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Difference._fields)
+        writer.writerows(differences(robot.given))

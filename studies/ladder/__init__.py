@@ -1,0 +1,1 @@
+"""Fidelity against cost: `flexsim ladder`."""

@@ -1,0 +1,266 @@
+"""What do MuJoCo's integrators and step sizes do to the chain? Part of `flexsim ladder`.
+
+    >>> row = integrator_row(chain_plant, "RK4", 1e-3, reference)
+    >>> row["frequency_shift"], row["damping_ratio"]      # of modes 1 to 3
+
+What a step does to a mode is read from the one-step map: finite differences of `mj_step` about
+rest with the hub locked, whose eigenvalues exp(s h) are compared with those of the equations of
+motion. Theory of an undamped oscillator at z = omega h: RK4 shifts its frequency by -z^4/120 and
+damps it by z^5/144; semi-implicit Euler shifts by +z^2/24 and damps nothing; `discrete`, implicit
+in the spring too, damps by z/2. `implicitfast` is implicit in the dampers' and motors' forces only,
+so on a chain without dampers it is Euler. All combine with hinges, springs and dampers; what
+`discrete` refuses (PGS with flexes, sleep without islands) a chain does not have.
+"""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+from scipy.linalg import eigh
+
+from flexsim.errors import DivergenceError
+from flexsim.linear.linearise import linearise
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import setting
+from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
+from flexsim.mjcf.rod_file import rod_frequencies
+from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.types import Array
+from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.rod_plant import RodPlant
+from studies.parity.crosscheck import without_damping
+from studies.parity.motions import BRISK, POSE, trial_torque
+
+INTEGRATORS = {
+    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+}
+STEPS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3)  # [s]
+QUICK_STEPS = (2.5e-4, 1e-3, 2e-3)
+FINER = 5  # steps of RK4 in the shortest: what all are held against
+HOLD = 2e-3  # [s] that the torque is held: as long as the longest step, so that all have the same
+MODES = 3
+LOCKED = 1e9  # [kg m2] armature that locks a joint: frequencies move by 1e-11
+AMPLITUDE = 2e-4  # [rad] of the differences: rounding is 1e-12 of it, truncation of order 4 1e-15
+GROWTH = 1e-8  # of |exp(s h)| over 1 that is no rounding
+TORQUES = {"small": 1.0, "large": 4.0}  # times those of `studies.parity.crosscheck.trial_torque`
+
+
+def frequencies(plant: Plant) -> tuple[Array, Array]:
+    """Return the first three frequencies (3,), (3,) with the hub locked, with joints free [Hz].
+
+    About the straight arm; nan where the plant has no such mode.
+    """
+    if isinstance(plant, RodPlant):
+        model = plant.rod.model
+        found = rod_frequencies(model), rod_frequencies(model, locked=False)[2:]
+    else:
+        linear = linearise(plant, 0.0)
+        M, K = linear.M, linear.K
+        if len(M) == 2:
+            return np.full(MODES, np.nan), np.full(MODES, np.nan)
+        squared = eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True), eigh(K, M, eigvals_only=True)[2:]
+        found = np.sqrt(squared[0]), np.sqrt(squared[1])
+    first, second = (
+        np.pad(omega[:MODES], (0, max(0, MODES - len(omega))), constant_values=np.nan)
+        for omega in found
+    )
+    return first / (2 * np.pi), second / (2 * np.pi)
+
+
+def stepped(chain: ChainModel, integrator: str, step: float) -> ChainModel:
+    """Return a copy of the chain with another integrator and step [s], stable or not."""
+    model = copy.copy(chain.model)
+    model.opt.integrator = INTEGRATORS[integrator]
+    model.opt.timestep = step
+    return replace(chain, model=model)
+
+
+def step_map(chain: ChainModel) -> Array:
+    """Return the matrix (2N, 2N) by which `mj_step` moves hinges and rates times step, hub locked.
+
+    Differences of fourth order about rest.
+    """
+    model, h = copy.copy(chain.model), chain.step
+    model.dof_armature[:2] = LOCKED
+    N = model.nv - 2
+    rest = np.concatenate([model.qpos_spring[2:], np.zeros(N)])
+    data = mujoco.MjData(model)
+
+    def after(deviation: Array) -> Array:
+        mujoco.mj_resetData(model, data)
+        state = rest + deviation
+        data.qpos[2:], data.qvel[2:] = state[:N], state[N:] / h
+        mujoco.mj_step(model, data)
+        return np.concatenate([data.qpos[2:], h * data.qvel[2:]])
+
+    A = np.empty((2 * N, 2 * N))
+    with quiet_warnings():
+        for column, unit in enumerate(np.eye(2 * N)):
+            one, two = AMPLITUDE * unit, 2 * AMPLITUDE * unit
+            difference = 8 * (after(one) - after(-one)) - (after(two) - after(-two))
+            A[:, column] = difference / (12 * AMPLITUDE)
+    return A
+
+
+def exact_rates(chain: ChainModel) -> Array:
+    """Return the eigenvalues s (3,) of the slowest vibrations of the chain, hub locked [1/s].
+
+    Of small motions in continuous time, dampers included; nan beyond those that swing.
+    """
+    model = chain.model
+    qpos = np.array(model.qpos_spring)
+    M = mass_matrix(model, qpos)[2:, 2:]
+    n = len(M)
+    force = np.hstack([np.diag(model.jnt_stiffness[2:]), np.diag(model.dof_damping[2:])])
+    return _slowest(np.linalg.eigvals(np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])))
+
+
+def _slowest(rates: Array) -> Array:
+    """Return the three rates (3,) of lowest frequency among those that swing."""
+    swinging = rates[rates.imag > 1e-6 * np.abs(rates)]
+    lowest = swinging[np.argsort(swinging.imag)][:MODES]
+    return np.pad(lowest, (0, MODES - len(lowest)), constant_values=np.nan)
+
+
+def modal_figures(chain: ChainModel) -> dict[str, Any]:
+    """Return what the chain's integrator does to its first three modes.
+
+    Returns:
+        frequency_shift: (3,) relative, of the frequency of swinging; damping_ratio: (3,) what the
+        step adds to that of the chain; radius: largest |exp(s h)|, over 1 where the step is
+        unstable.
+    """
+    multipliers = np.linalg.eigvals(step_map(chain))
+    found, exact = _slowest(np.log(multipliers + 0j) / chain.step), exact_rates(chain)
+    ratios = -found.real / np.abs(found) + exact.real / np.abs(exact)
+    return {
+        "frequency_shift": found.imag / exact.imag - 1,
+        "damping_ratio": ratios,
+        "radius": float(np.abs(multipliers).max()),
+    }
+
+
+def open_loop_tips(plant: ChainPlant, duration: float) -> dict[str, Array]:
+    """Return the tip (K, 2) [m] every HOLD under the two torques, from POSE.
+
+    Raises:
+        DivergenceError: a motion runs away.
+    """
+    still = setting("none")
+    return {
+        name: drive(plant, still, trial_torque(scale, duration, HOLD), HOLD, POSE).tip
+        for name, scale in TORQUES.items()
+    }
+
+
+def fine_plant(plant: ChainPlant, step: float) -> ChainPlant:
+    """Return the chain under RK4 at a step [s], halved until RK4 can take it."""
+    chain = stepped(plant.chain, "RK4", step)
+    longest = longest_step(chain.model)
+    if longest is not None and step >= longest:
+        return fine_plant(plant, step / 2)
+    return replace(plant, chain=chain)
+
+
+def free_drift(plant: ChainPlant, duration: float) -> float:
+    """Return the largest relative change of energy in brisk free motion, dampers taken away.
+
+    Raises:
+        DivergenceError: the motion runs away.
+    """
+    free = replace(plant, chain=without_damping(plant.chain))
+    state = free.rest_state(POSE)
+    state[len(state) // 2 :][:2] = BRISK
+    still = np.zeros((round(duration / HOLD), 2))
+    energy = drive(free, setting("none"), still, HOLD, state=state).energy
+    return float(np.abs(energy / energy[0] - 1).max())
+
+
+def step_clock(chain: ChainModel, simulated: float) -> Callable[[], float]:
+    """Return a function that does nothing but `mj_step` and gives the simulated time [ms]."""
+    data = mujoco.MjData(chain.model)
+    steps = max(1, round(simulated / chain.step))
+
+    def once() -> float:
+        mujoco.mj_resetData(chain.model, data)
+        data.qvel[:2] = BRISK
+        with quiet_warnings():
+            mujoco.mj_step(chain.model, data, nstep=steps)
+        return 1e3 * steps * chain.step
+
+    return once
+
+
+def integrator_row(
+    plant: ChainPlant,
+    integrator: str,
+    step: float,
+    fine: Mapping[str, Array],
+    duration: float = 2.0,
+) -> dict[str, Any]:
+    """Return what one integrator at one step does to the chain, without its cost.
+
+    Args:
+        plant: the chain; its own integrator and step do not matter. integrator: of INTEGRATORS.
+        step: [s], HOLD a multiple of it. fine: the tips of `fine_plant`, by torque.
+        duration: of motions [s].
+
+    Returns:
+        integrator, step, stable, longest_step ([s], None if there is no such limit or none known
+        beforehand), the figures of `modal_figures`, energy_drift, tip_small and tip_large (rms
+        over the motion [m]); None for motions of an unstable step.
+    """
+    chain = stepped(plant.chain, integrator, step)
+    longest, figures = longest_step(chain.model), modal_figures(chain)
+    stable = figures["radius"] < 1 + GROWTH and (longest is None or step < longest)
+    drift: float | None = None
+    tips: dict[str, float | None] = dict.fromkeys(f"tip_{name}" for name in TORQUES)
+    if stable:
+        moving = replace(plant, chain=chain)
+        try:
+            found = open_loop_tips(moving, duration)
+            drift = free_drift(moving, duration)
+            tips = {f"tip_{name}": rms_distance(tip, fine[name]) for name, tip in found.items()}
+        except DivergenceError:
+            stable = False
+    row = {"integrator": integrator, "step": step, "stable": stable, "longest_step": longest}
+    return row | figures | {"energy_drift": drift} | tips
+
+
+def rms_distance(first: Array, second: Array) -> float:
+    """Return the rms distance of points (K, 2), (K, 2)."""
+    return float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=1))))
+
+
+def integrator_rows(
+    plant: ChainPlant, steps: tuple[float, ...], duration: float, rounds: int
+) -> list[dict[str, Any]]:
+    """Return a row of every integrator at every step, with the cost of bare `mj_step`s.
+
+    Args:
+        plant: the chain. steps: [s]. duration: of motions, and of what is timed [s].
+        rounds: how often each is timed, in turn; the least time counts.
+    """
+    fine = open_loop_tips(fine_plant(plant, min(steps) / FINER), duration)
+    cases = [(name, step) for name in INTEGRATORS for step in steps]
+    rows = [integrator_row(plant, name, step, fine, duration) for name, step in cases]
+    clocks = [step_clock(stepped(plant.chain, *case), duration / 2) for case in cases]
+    best = [np.inf] * len(cases)
+    for _ in range(rounds):
+        for i, (row, clock) in enumerate(zip(rows, clocks, strict=True)):
+            if row["stable"]:
+                start = time.perf_counter()
+                simulated = clock()
+                best[i] = min(best[i], 1e6 * (time.perf_counter() - start) / simulated)
+    costs = [cost if np.isfinite(cost) else None for cost in best]
+    return [row | {"us_per_ms": cost} for row, cost in zip(rows, costs, strict=True)]

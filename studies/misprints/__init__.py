@@ -1,0 +1,1 @@
+"""What each misprint of the paper costs: `flexsim misprints`."""

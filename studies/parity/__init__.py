@@ -1,0 +1,1 @@
+"""Do the models agree, rung by rung? `flexsim modes`, `flexsim crosscheck`."""

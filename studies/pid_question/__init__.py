@@ -1,0 +1,1 @@
+"""Why the paper found no integer PID: `flexsim pid-question`."""

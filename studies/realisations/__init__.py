@@ -1,0 +1,1 @@
+"""Which fractional filter serves best: `flexsim realisations`."""

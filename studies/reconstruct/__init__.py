@@ -1,0 +1,1 @@
+"""What it takes for the paper's Table 2 to be bounded: `flexsim reconstruct`."""

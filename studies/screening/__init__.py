@@ -1,0 +1,1 @@
+"""What screening by stability saves the tuner: `flexsim screening`."""

@@ -1,0 +1,1 @@
+"""Poles, margins and maps of the sampled loop: `flexsim stability`."""

@@ -1,0 +1,1 @@
+"""Single commands: drive, chain, filter, benchmark, view."""

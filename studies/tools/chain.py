@@ -1,0 +1,160 @@
+"""How well does a chain of N hinged segments stand for the beam? And write it as MJCF.
+
+result = run(ChainConfig(out=Path("chain6.xml"), segments=6))
+result.design.coupling_error, result.highest_frequency
+"""
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import mujoco
+from rich import box
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from flexsim.arm.beam import modal_integrals
+from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.mjcf.chain_file import highest_frequency
+from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
+from flexsim.numerics.step_limits import RK4_LIMIT
+from flexsim.numerics.types import Array
+
+MODES = 3  # compared with the beam's
+SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
+
+
+@dataclass(frozen=True)
+class ChainConfig:
+    """The chain to design, and the file to write it to."""
+
+    out: Path
+    """MJCF file to write; its name ends in .xml."""
+    segments: int = 6
+    """Number of hinged segments: 3 to 16, or 3 to 200 when plain."""
+    timestep: float = 1e-3
+    """Physics step of the file [s]; RK4 needs it below 2.8 over the highest frequency."""
+    plain: bool = False
+    """Leave the chain untuned: hinges at the centres of equal cells h, stiffness EI/h."""
+    robot: Parameters = field(default_factory=Parameters)
+    """The robot whose beam the chain stands for."""
+    force: bool = False
+    """Overwrite the file if it exists."""
+    json: bool = False
+    """Print one JSON object instead of a table."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChainResult:
+    """The chain, its file's text, and how it compares."""
+
+    config: ChainConfig
+    design: ChainDesign
+    text: str
+    """The MJCF."""
+    beam_frequency: Array
+    """(3,) of the clamped beam [rad/s]."""
+    highest_frequency: float
+    """Of the compiled chain with both joints free, over poses of joint 2 [rad/s]."""
+
+    @property
+    def longest_step(self) -> float:
+        """Longest step of RK4 on this chain [s]."""
+        return RK4_LIMIT / self.highest_frequency
+
+
+def run(config: ChainConfig) -> ChainResult:
+    """Return the chain and its MJCF; writes nothing.
+
+    Raises:
+        ParameterError: segments out of range, or a timestep that RK4 cannot take.
+    """
+    parameters = config.robot
+    make = plain_chain if config.plain else design_chain
+    design = make(parameters, config.segments)
+    text = chain_mjcf(parameters, design, config.timestep)
+    omega = highest_frequency(mujoco.MjModel.from_xml_string(text))
+    if config.timestep * omega >= RK4_LIMIT:
+        longest = SHOWN_STEP * RK4_LIMIT / omega
+        raise ParameterError(
+            f"timestep is {config.timestep:g} s; RK4 on {config.segments} segments, with a highest "
+            f"frequency of {omega:.0f} rad/s, needs {longest:.3g} s or less"
+        )
+    beam = modal_integrals(parameters, MODES)
+    return ChainResult(config, design, text, beam.frequency, omega)
+
+
+def command(config: ChainConfig) -> None:
+    """Write the MJCF file and print how the chain compares, as a table or one JSON object.
+
+    Raises:
+        ParameterError: segments out of range, or a timestep that RK4 cannot take.
+        RunError: the file cannot be written.
+    """
+    result = run(config)
+    path = write_chain(config.out, result.text, config.force)
+    if config.json:
+        print(json.dumps(as_dict(result), allow_nan=False))
+        return
+    console = Console()
+    kind = "plain" if config.plain else "tuned"
+    title = Text(f"{path}: {kind} chain of {config.segments} segments")
+    console.print(title, soft_wrap=True)  # a long path stays whole
+    console.print(Group(_modes(result), *_remarks(result)))
+
+
+def as_dict(result: ChainResult) -> dict[str, object]:
+    """Return the result as JSON knows it."""
+    design = result.design
+    return {
+        "file": str(result.config.out),
+        "segments": design.segments,
+        "tuned": design.tuned,
+        "timestep": result.config.timestep,
+        "position": design.position.tolist(),
+        "stiffness": design.stiffness.tolist(),
+        "frequency": design.frequency.tolist(),
+        "frequency_error": design.frequency_error.tolist(),
+        "Phi_error": design.Phi_error.tolist(),
+        "moment_error": design.moment_error.tolist(),
+        "tip_error": design.tip_error.tolist(),
+        "compliance_error": design.compliance_error,
+        "mac": design.mac.tolist(),
+        "beam_frequency": result.beam_frequency.tolist(),
+        "highest_frequency": result.highest_frequency,
+        "longest_step": result.longest_step,
+    }
+
+
+def _modes(result: ChainResult) -> Table:
+    """Return a row per clamped mode: frequencies, errors and MAC."""
+    design = result.design
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0), caption="errors in percent")
+    for heading in ("mode", "beam [Hz]", "chain [Hz]", "error", "Phi", "moment", "tip", "MAC"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for i in range(MODES):
+        couplings = (design.Phi_error[i], design.moment_error[i], design.tip_error[i])
+        table.add_row(
+            str(i + 1),
+            f"{result.beam_frequency[i] / (2 * math.pi):.5f}",
+            f"{design.frequency[i] / (2 * math.pi):.5f}",
+            f"{round(100 * design.frequency_error[i], 4) + 0.0:+.4f}",
+            *(f"{100 * error:+.4f}" for error in couplings),
+            f"{design.mac[i]:.4f}",
+        )
+    return table
+
+
+def _remarks(result: ChainResult) -> tuple[str, ...]:
+    design = result.design
+    return (
+        f"largest error of a coupling (Phi, moment): {100 * design.coupling_error:.4f} %",
+        f"static deflection under a force at the tip: {100 * design.compliance_error:+.4f} %",
+        f"highest frequency with free joints: {result.highest_frequency:.0f} rad/s",
+        f"RK4 is stable up to {1e3 * result.longest_step:.3g} ms; "
+        f"the file has {1e3 * result.config.timestep:g} ms",
+    )

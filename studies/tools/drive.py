@@ -1,0 +1,152 @@
+"""Replay a measured torque: drive one plant open loop from rest, read and write CSV files."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flexsim.errors import ParameterError, RunError
+from flexsim.loop.motion import Motion
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import setting
+from flexsim.numerics.types import Array
+from studies.core.folder import to_json
+from studies.core.options import RobotOptions, print_differences
+
+ROW_PERIOD = 1e-3  # [s]
+ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
+QUOTED = 60  # characters of a wrong line that a message shows
+TORQUE_HEADER = ["t", "tau1", "tau2"]
+MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
+
+
+@dataclass(frozen=True)
+class DriveConfig(RobotOptions):
+    """Drive a plant open loop from rest with a recorded torque."""
+
+    torque: Path
+    """CSV file with columns t,tau1,tau2 [s, N m]: rows of 1 ms, each torque held to the next."""
+    out: Path
+    """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k."""
+    plant: str = "chain"
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod."""
+    setting: str = "none"
+    """Friction, limits and motors: none, print, joint or reconstructed."""
+    theta1: float = 0.0
+    """Joint angle at rest at the start [rad]."""
+    theta2: float = 0.0
+    """Joint angle at rest at the start [rad]."""
+    force: bool = False
+    """Overwrite the file named by --out."""
+    json: bool = False
+    """Print one JSON object about the motion instead of a line."""
+
+
+def _shown(cells: list[str]) -> str:
+    """Return a row as a message quotes it: what a binary file takes for a row can be endless."""
+    line = ",".join(cells)
+    return repr(line if len(line) <= QUOTED else f"{line[:QUOTED]}...")
+
+
+def read_torque(path: Path) -> Array:
+    """Return the torques (K, 2) of a CSV file [N m].
+
+    Raises:
+        RunError: the file cannot be read.
+        ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets write the mark
+            lines = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "not a CSV file"
+        raise RunError(f"{path}: cannot read the torque file: {reason}") from None
+    header = [name.strip() for name in lines[0]] if lines else []
+    if header != TORQUE_HEADER:
+        raise ParameterError(
+            f"{path}: the first line is {_shown(header)}, it must be {','.join(TORQUE_HEADER)!r}"
+        )
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            values = [float(cell) for cell in line]
+        except ValueError:
+            values = []
+        if len(values) != 3 or not all(math.isfinite(value) for value in values):
+            raise ParameterError(
+                f"{path}, line {number}: {_shown(line)} is not three finite numbers t,tau1,tau2"
+            )
+        expected = len(rows) * ROW_PERIOD
+        if abs(values[0] - expected) > ROW_TOLERANCE:
+            raise ParameterError(
+                f"{path}, line {number}: t = {values[0]:g} s where {expected:g} s is due; "
+                "give rows every 1 ms from 0"
+            )
+        rows.append(values[1:])
+    if not rows:
+        raise ParameterError(f"{path}: has no rows of torque; give at least one after the header")
+    return np.array(rows)
+
+
+def run(config: DriveConfig) -> Motion:
+    """Return the motion under the file's torques, row k the state as torque k sets in."""
+    plant = config.robot_of().plant(config.plant, setting(config.setting))
+    theta = (config.theta1, config.theta2)
+    if not all(math.isfinite(angle) for angle in theta):
+        raise ParameterError(f"start angles are {theta} rad; give finite numbers")
+    torque = read_torque(config.torque)
+    motion = drive(plant, setting(config.setting), torque, ROW_PERIOD, theta)
+    return motion.first(len(torque))
+
+
+def write_motion(path: Path, motion: Motion) -> None:
+    """Write a motion as CSV, all of it or nothing; numbers read back to the same doubles.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    table = np.column_stack([motion.time, motion.tip, motion.joint, motion.v])
+    partial = None
+    try:
+        handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+        with os.fdopen(handle, "w", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(MOTION_HEADER)
+            for row in table.tolist():
+                writer.writerow([f"{row[0]:.9g}", *map(repr, row[1:])])
+        os.chmod(partial, 0o644)
+        os.replace(partial, path)
+    except OSError as error:
+        if partial is not None:
+            Path(partial).unlink(missing_ok=True)
+        raise RunError(f"{path}: cannot write the motion: {error.strerror}") from None
+
+
+def command(config: DriveConfig) -> None:
+    """Drive the plant and write the motion."""
+    if config.out.exists() and not config.force:
+        raise RunError(f"{config.out} exists already; name another file, or add --force")
+    motion = run(config)
+    write_motion(config.out, motion)
+    summary = {
+        "plant": motion.plant,
+        "rows": len(motion.time),
+        "end_tip": motion.tip[-1],
+        "max_v": float(np.abs(motion.v).max()),
+        "out": str(config.out),
+    }
+    if config.json:
+        print(to_json(summary))
+    else:
+        print_differences(config.robot_of())
+        x, y = motion.tip[-1]
+        print(
+            f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "
+            f"({x:.6f}, {y:.6f}) m, largest |v| {1e3 * summary['max_v']:.3f} mm"
+        )

@@ -1,0 +1,322 @@
+"""What is tuned: parameters in, index (5) out, on one plant or the worst of several.
+
+    >>> tuning = Tuning(trajectory="line", plant="both")
+    >>> problem = problem_of(tuning)
+    >>> search = tune(problem, distribution_for(tuning), tuning.genetic, seed=1)
+    >>> search.best_index    # [m2 s]
+
+No folders, no terminal: any study can call this as often as it likes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from flexsim.errors import ParameterError
+from flexsim.loop.friction import Friction
+from flexsim.loop.runs import evaluate, loop_of
+from flexsim.loop.settings import Setting, setting
+from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.numerics.types import Array
+from flexsim.plants.base import Plant
+from flexsim.robot import Robot, plant_kind
+from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
+from studies.tuning.genetic import (
+    Evaluate,
+    Generation,
+    GeneticSettings,
+    OnGeneration,
+    Scores,
+    Search,
+    run_genetic,
+)
+from studies.tuning.individuals import Structure
+from studies.tuning.peers import check_de, run_cma, run_de
+
+PLANTS, BOTH = ("assumed-modes", "chain"), "both"
+TUNERS: dict[str, Callable[..., Search]] = {
+    "genetic": run_genetic,
+    "cma": run_cma,
+    "de": run_de,
+}
+UNBUILT = 0.0  # [s] divergence time of parameters that no filter can be built from
+PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
+SEED_MOST = 2**32 - 1
+COUNTS = (
+    "terms",
+    "perturb",
+    "population",
+    "generations",
+    "patience",
+    "survivors",
+    "screen",
+    "seed",
+    "modes",
+    "segments",
+)
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Everything that a tuned result depends on; plain values, as a run's config.json has them.
+
+    Attributes:
+        trajectory, setting: names. plant: 'both', or a plant's name, see `flexsim.robot`.
+        controller, realisation, terms, period, filter_time: see `Structure`.
+        distribution: 'table-1', 'log-uniform' or a TOML file, see `studies.tuning.distributions`.
+        tuner: 'genetic', 'cma' or 'de'.
+        weights: of x, y and v in the index (5).
+        perturb: perturbed robots beside the nominal one, each plant on all of them; the worst
+            counts. perturb_spread: the relative changes of EI, rho and friction are at most this.
+        perturb_payload: the payload at the tip is at most this [kg].
+        population, generations, patience, survivors: see `GeneticSettings`.
+        screen: candidates at most per individual drawn, those kept whose linear loop does not
+            grow, see `studies.tuning.screened_draws`; 0 for no screening.
+        modes: n. segments: N of the chain, None for 6 or the file's.
+        mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
+
+    Raises:
+        ParameterError: an unknown name, a number out of range, what does not go together.
+    """
+
+    trajectory: str = "line"
+    plant: str = "assumed-modes"
+    controller: str = "fractional"
+    realisation: str = "tustin"
+    setting: str = "print"
+    distribution: str = "table-1"
+    tuner: str = "genetic"
+    terms: int = 10
+    period: float = 1e-3
+    filter_time: float = 0.0
+    weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    perturb: int = 0
+    perturb_spread: float = 0.2
+    perturb_payload: float = 0.02
+    population: int = 50
+    generations: int = 100
+    patience: int = 10
+    survivors: int = 6
+    screen: int = 0
+    seed: int = 1
+    modes: int = 3
+    segments: int | None = None
+    mjcf: str | None = None
+    beam: str = "file"
+
+    def __post_init__(self) -> None:
+        for name in COUNTS:
+            value = getattr(self, name)
+            if type(value) is not int and not (name == "segments" and value is None):
+                raise ParameterError(f"{name} is {value!r}; give a whole number")
+        trajectory(self.trajectory)
+        setting(self.setting)
+        if self.plant != BOTH:
+            plant_kind(self.plant)  # refuses what is none
+        if self.tuner not in TUNERS:
+            raise ParameterError(
+                f"tuner {self.tuner!r} is unknown; choose one of {', '.join(TUNERS)}"
+            )
+        if not 0 <= self.seed <= SEED_MOST:
+            raise ParameterError(f"seed is {self.seed}; give 0 to {SEED_MOST}")
+        if self.perturb < 0:
+            raise ParameterError(f"perturb is {self.perturb}; give 0 or more perturbed robots")
+        if self.screen < 0 or self.screen == 1:
+            raise ParameterError(
+                f"screen is {self.screen}; give 0 for none, or 2 or more candidates"
+            )
+        if not 0 < self.perturb_spread < 1:
+            raise ParameterError(
+                f"perturb spread is {self.perturb_spread}; give more than 0 and less than 1"
+            )
+        if not 0 <= self.perturb_payload < math.inf:
+            raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
+        if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
+            raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
+        _ = self.structure  # refuses what it cannot be made of
+        genetic = self.genetic
+        if self.tuner == "de":
+            check_de(genetic)
+
+    @property
+    def structure(self) -> Structure:
+        """What the ten parameters mean."""
+        return Structure(
+            self.controller, self.realisation, self.terms, self.period, self.filter_time
+        )
+
+    @property
+    def genetic(self) -> GeneticSettings:
+        """Numbers of the algorithm."""
+        return GeneticSettings(self.population, self.generations, self.patience, self.survivors)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The index of individuals, called with parameters (K, 10): one compiled call per scenario.
+
+    Attributes:
+        structure: from parameters to filters.
+        scenarios: plants, each with its setting; the worst of them counts.
+        reference: sampled at the structure's period.
+        weights: of x, y and v in the index (5). threads: None for all; results are the same.
+    """
+
+    structure: Structure
+    scenarios: tuple[tuple[Plant, Setting], ...]
+    reference: Reference
+    weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    threads: int | None = None
+
+    def __call__(self, parameters: Array) -> Scores:
+        """Return the worst index of each individual, and the earliest time of divergence."""
+        indices = np.full(len(parameters), np.inf)
+        diverged = np.full(len(parameters), UNBUILT)
+        built = self.structure.filters(parameters)
+        usable = [i for i, filters in enumerate(built) if filters is not None]
+        if not usable:
+            return Scores(indices, diverged)
+        filters = [built[i] for i in usable]
+        outcomes = [
+            evaluate(
+                plant, chosen, self.reference, filters, threads=self.threads, weights=self.weights
+            )
+            for plant, chosen in self.scenarios
+        ]
+        worst = np.max([each.indices for each in outcomes], axis=0)
+        indices[usable] = np.where(np.isnan(worst), np.inf, worst)
+        diverged[usable] = np.fmin.reduce([each.diverged for each in outcomes])
+        return Scores(indices, diverged)
+
+
+class Perturbation(NamedTuple):
+    """Factors of EI, rho and friction, and the payload at the tip [kg]."""
+
+    stiffness: float
+    density: float
+    friction: float
+    payload: float
+
+
+def perturbations(tuning: Tuning) -> list[Perturbation]:
+    """Return what perturbed robots differ by, even between the bounds that a tuning gives.
+
+    One factor for all of Table 4's friction: dead zones, Coulomb friction and slopes.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence(tuning.seed, spawn_key=PERTURBATION_STREAM))
+    spread, most = tuning.perturb_spread, tuning.perturb_payload
+    found = []
+    for _ in range(tuning.perturb):
+        stiffness, density, friction = (float(x) for x in 1 + rng.uniform(-spread, spread, 3))
+        found.append(Perturbation(stiffness, density, friction, float(rng.uniform(0, most))))
+    return found
+
+
+def _scaled(friction: Friction, factor: float) -> Friction:
+    """Return friction with its dead zones, Coulomb friction and slopes times a factor."""
+    (low_1, high_1), (low_2, high_2) = friction.dead_zone
+    return replace(
+        friction,
+        dead_zone=((factor * low_1, factor * high_1), (factor * low_2, factor * high_2)),
+        tau_0=(factor * friction.tau_0[0], factor * friction.tau_0[1]),
+        mu=(factor * friction.mu[0], factor * friction.mu[1]),
+    )
+
+
+def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], ...]:
+    """Return the plants to run on, the nominal robot's first, with their settings.
+
+    Raises:
+        ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
+    """
+    nominal = setting(tuning.setting)
+    robots = [(robot, nominal)]
+    for each in perturbations(tuning):
+        other = robot.changed(each.stiffness, each.density, each.payload)
+        robots.append((other, replace(nominal, friction=_scaled(nominal.friction, each.friction))))
+    names = PLANTS if tuning.plant == BOTH else (tuning.plant,)
+    return tuple(
+        (each.plant(name, its, tuning.modes, tuning.segments), its)
+        for each, its in robots
+        for name in names
+    )
+
+
+def robot_of(tuning: Tuning) -> Robot:
+    """Return the robot that a tuning names.
+
+    Raises:
+        ParameterError, ModelError: its file cannot be used.
+    """
+    return Robot.of(tuning.mjcf, tuning.beam)
+
+
+def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None = None) -> Problem:
+    """Return the problem that a tuning describes.
+
+    Args:
+        tuning: as named. threads: None for all.
+        robot: instead of reading the tuning's file again.
+
+    Raises:
+        ParameterError, ModelError: a number out of range, or a period that is no whole multiple of
+            a plant's physics step.
+    """
+    robot = robot_of(tuning) if robot is None else robot
+    ref = reference(trajectory(tuning.trajectory), robot.parameters, tuning.period)
+    scenarios = scenarios_of(tuning, robot)
+    for plant, _ in scenarios:
+        loop_of(plant, ref, weights=tuning.weights)  # checks period, step and weights
+    return Problem(tuning.structure, scenarios, ref, tuning.weights, threads)
+
+
+def distribution_for(tuning: Tuning) -> Distribution:
+    """Return the distribution that a tuning names, with integer orders for PIDs.
+
+    Raises:
+        ParameterError, RunError: as `distribution`; or orders are given for PIDs.
+    """
+    given = distribution(tuning.distribution)
+    if tuning.controller != "pid":
+        return given
+    forced = given.with_integer_orders()
+    for name, draw, integer, usual in zip(
+        NAMES, given.draws, forced.draws, TABLE_1.draws, strict=True
+    ):
+        if draw not in (integer, usual):
+            raise ParameterError(
+                f"{tuning.distribution} gives {name}, which a pid forces to "
+                f"{integer.numbers[0]:g}; leave it out"
+            )
+    return forced
+
+
+def tune(
+    evaluate_all: Evaluate,
+    draws: Distribution,
+    settings: GeneticSettings,
+    seed: int,
+    tuner: str = "genetic",
+    on_generation: OnGeneration | None = None,
+    resume_from: Sequence[Generation] = (),
+) -> Search:
+    """Return the search of one tuner, deterministic in all but speed.
+
+    Args:
+        evaluate_all: a `Problem`, or any function from individuals (K, 10) to their scores.
+        draws: what individuals are drawn from. settings, seed: as named.
+        tuner: a key of `TUNERS`.
+        on_generation: called with every new generation.
+        resume_from: the first generations of the same search, not simulated again.
+
+    Raises:
+        ParameterError: there is no such tuner.
+    """
+    if tuner not in TUNERS:
+        raise ParameterError(f"tuner {tuner!r} is unknown; choose one of {', '.join(TUNERS)}")
+    return TUNERS[tuner](evaluate_all, draws, settings, seed, on_generation, resume_from)

@@ -1,0 +1,292 @@
+"""A tuning run on disk: written a generation at a time, and read back to be continued.
+
+    >>> start(run, force=False, tuning=tuning, draws=draws, texts={})
+    >>> append(run, generation)
+    >>> record = read(run)    # after a crash; what it holds of a torn generation is left out
+
+`config.json` has what the run depends on, `generations.csv` one line per individual with numbers
+that read back bit for bit. A generation is appended by one write. An incomplete one at the end of
+the file, or a torn last line, is recognised and cut off when the run is continued.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import hashlib
+import importlib.metadata
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+if sys.platform != "win32":
+    import fcntl
+
+from flexsim.errors import FlexsimError, RunError
+from studies.core.folder import CONFIG, run_folder, versions, write_config
+from studies.tuning.distributions import NAMES, Distribution, draw_of
+from studies.tuning.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation
+from studies.tuning.individuals import DERIVATIVE_PAIRS, SI_NAMES, in_si
+from studies.tuning.peers import peer_generations
+from studies.tuning.problem import TUNERS, Tuning
+
+GENERATIONS = "generations.csv"
+COLUMNS = (
+    "generation",
+    "individual",
+    "origin",
+    *NAMES,
+    *SI_NAMES,
+    "index",
+    "diverged_at",
+)
+ORIGINS = {SURVIVOR, INITIAL, MUTANT, CROSSOVER, FRESH, *TUNERS}
+HEADER = (",".join(COLUMNS) + "\n").encode()
+DECIDES = (  # sources that a result depends on
+    "flexsim/**/*.py",
+    "controllers/**/*.py",
+    *(
+        f"studies/tuning/{name}.py"
+        for name in (
+            "distributions",
+            "genetic",
+            "individuals",
+            "peers",
+            "problem",
+            "screened_draws",
+        )
+    ),
+)
+UNITS = {
+    "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",
+    ", ".join(SI_NAMES): "N m s^nu/rad, as the filters have them, k / 1000^nu; k3, k6: the same",
+    "index": "m2 s, (5); inf where diverged",
+    "diverged_at": "s, empty where not",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What a run's folder holds.
+
+    Attributes:
+        tuning, draws: what the run depends on. generations: those that are complete.
+        size: length of generations.csv up to their end [bytes].
+    """
+
+    tuning: Tuning
+    draws: Distribution
+    generations: list[Generation]
+    size: int
+
+
+def _sources() -> str:
+    """Return a digest of the code that decides a result: even a reordered sum changes its bits."""
+    root = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in DECIDES for path in root.glob(pattern)):
+        digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _versions() -> dict[str, str]:
+    return versions() | {"cma": importlib.metadata.version("cma"), "sources": _sources()}
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder; a killed process gives it up at once.
+
+    Raises:
+        RunError: there is no such folder, or another process runs in it.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder} is not a run: there is no such folder")
+    if sys.platform == "win32":  # where folders cannot be locked
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RunError(
+                f"{folder} is at work in another process; wait for it, or end it first"
+            ) from None
+        yield
+    finally:
+        os.close(handle)
+
+
+def start(
+    out: Path, force: bool, tuning: Tuning, draws: Distribution, texts: Mapping[str, str]
+) -> None:
+    """Make the folder of a new run, before its first generation.
+
+    Args:
+        out: where. force: replace a run that is there. tuning, draws: what it depends on.
+        texts: files to keep beside, such as the MJCF, by name.
+
+    Raises:
+        RunError: as `run_folder`; or a run to be replaced is still at work.
+    """
+    if force and out.is_dir():
+        with locked(out):
+            pass
+    with run_folder(out, force) as folder:
+        write_config(folder, tuning, distribution=draws.table(), units=UNITS, versions=_versions())
+        for name, text in texts.items():
+            (folder / name).write_text(text)
+        (folder / GENERATIONS).write_bytes(HEADER)
+
+
+def rows(generation: Generation) -> list[list[str]]:
+    """Return a generation as fields of text, which read back to the same bits."""
+    si = in_si(generation.population)[:, [k for k, _ in DERIVATIVE_PAIRS]]
+    lines = []
+    for i, origin in enumerate(generation.origins):
+        when = float(generation.diverged[i])
+        numbers = [*generation.population[i], *si[i], generation.indices[i]]
+        texts = [repr(float(x)) for x in numbers]
+        ended = "" if np.isnan(when) else repr(when)
+        lines.append([str(generation.number), str(i), origin, *texts, ended])
+    return lines
+
+
+def append(folder: Path, generation: Generation) -> None:
+    """Add a generation by one write, so that a killed run loses this one at most.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    block = "".join(",".join(row) + "\n" for row in rows(generation)).encode()
+    try:
+        with (folder / GENERATIONS).open("ab", buffering=0) as file:
+            written = file.write(block)
+    except OSError as error:
+        raise RunError(f"{folder / GENERATIONS}: cannot write: {error.strerror}") from None
+    if written != len(block):
+        raise RunError(f"{folder / GENERATIONS}: the disk is full")
+
+
+def cut(folder: Path, size: int) -> None:
+    """Drop what a killed run left of an incomplete generation.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    try:
+        os.truncate(folder / GENERATIONS, size)
+    except OSError as error:
+        raise RunError(f"{folder / GENERATIONS}: cannot write: {error.strerror}") from None
+
+
+def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
+    """Return what a run depends on, from its config.json."""
+    damaged = f"{folder / CONFIG} is damaged or not of flexsim tune"
+    try:
+        content = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+        before, values, table = (
+            dict(content[key]) for key in ("versions", "configuration", "distribution")
+        )
+    except OSError as error:
+        raise RunError(f"{folder} is not a run: cannot read {CONFIG}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        raise RunError(damaged) from None
+    for package, now in _versions().items():
+        if package != "platform" and before.get(package) != now:
+            raise RunError(
+                f"{folder} was made with {package} {before.get(package)}, this is {now}: the "
+                "result would not be the same; start a new run"
+            )
+    if set(values) != {item.name for item in dataclasses.fields(Tuning)} or set(table) != set(
+        NAMES
+    ):
+        raise RunError(damaged)
+    try:
+        tuning = Tuning(**values | {"weights": tuple(values["weights"])})
+        draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
+    except FlexsimError as error:
+        raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None
+    except (TypeError, ValueError, AttributeError):
+        raise RunError(damaged) from None
+    return tuning, draws
+
+
+def _generation(lines: list[str], number: int) -> Generation:
+    """Return one generation from its lines.
+
+    Raises:
+        ValueError: a line is not what `rows` writes.
+    """
+    table = list(csv.DictReader(lines, fieldnames=COLUMNS, strict=True))
+    for i, row in enumerate(table):
+        whole = None not in row and None not in row.values()  # as many fields as columns
+        if not whole or (row["generation"], row["individual"]) != (str(number), str(i)):
+            raise ValueError
+        if row["origin"] not in ORIGINS or np.isnan(float(row["index"])):
+            raise ValueError
+    return Generation(
+        number,
+        np.array([[float(row[name]) for name in NAMES] for row in table]),
+        tuple(row["origin"] for row in table),
+        np.array([float(row["index"]) for row in table]),
+        np.array([float(row["diverged_at"] or "nan") for row in table]),
+    )
+
+
+def most_generations(tuning: Tuning) -> int:
+    """Return how many generations a run has at most."""
+    if tuning.tuner == "genetic":
+        return tuning.generations
+    return peer_generations(tuning.genetic)
+
+
+def read(folder: Path) -> Record:
+    """Return what a run's folder holds, which is left as it is.
+
+    Raises:
+        RunError: it is no run, made by other versions, or damaged other than at its end.
+    """
+    tuning, draws = _configuration(folder)
+    path = folder / GENERATIONS
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise RunError(f"{path}: cannot read: {error.strerror}") from None
+    if not content.startswith(HEADER):
+        raise RunError(f"{path} is damaged: its first line is not the header")
+    lines = content[len(HEADER) :].split(b"\n")[:-1]  # what follows the last newline is torn
+    size, done, most = len(HEADER), [], most_generations(tuning)
+    if len(lines) > most * tuning.population:
+        raise RunError(f"{path} is damaged: it has more than the run's {most} generations")
+    for number in range(len(lines) // tuning.population):
+        block = lines[number * tuning.population : (number + 1) * tuning.population]
+        try:
+            done.append(_generation([line.decode() for line in block], number))
+        except (ValueError, TypeError, csv.Error):
+            first = 2 + number * tuning.population
+            raise RunError(
+                f"{path} is damaged: generation {number}, from line {first} on, cannot be read"
+            ) from None
+        size += sum(len(line) + 1 for line in block)
+    return Record(tuning, draws, done, size)
+
+
+def check_texts(folder: Path, texts: Mapping[str, Any]) -> None:
+    """Refuse a folder whose MJCF is not what the run is continued with.
+
+    Raises:
+        RunError: a file is missing or differs.
+    """
+    for name, text in texts.items():
+        path = folder / name
+        if not path.is_file() or path.read_text() != text:
+            raise RunError(f"{path} is missing or not what this version makes; start a new run")

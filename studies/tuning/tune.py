@@ -1,0 +1,297 @@
+"""How good can the controllers be made? Section 3.2's genetic algorithm, or a peer, on a robot.
+
+    flexsim tune --trajectory circle --plant assumed-modes --seed 1 --out runs/circle
+    flexsim tune --resume runs/circle
+
+A run interrupted or killed loses at most the generation it was at; `--resume` continues it to the
+same bits as if it had never stopped, on any number of threads.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Any, Literal
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from flexsim.errors import ParameterError
+from flexsim.loop.runs import thread_count
+from flexsim.plants.chain_plant import ChainPlant
+from flexsim.robot import Robot
+from studies.core.options import ROBOT_FILE, print_differences
+from studies.tuning import record as tune_folder
+from studies.tuning import report as tune_report
+from studies.tuning.genetic import Generation, OnGeneration, Search
+from studies.tuning.individuals import TEXTBOOK
+from studies.tuning.problem import (
+    Perturbation,
+    Problem,
+    Tuning,
+    distribution_for,
+    perturbations,
+    problem_of,
+    robot_of,
+    tune,
+)
+from studies.tuning.record import Record
+from studies.tuning.screened_draws import Screened, screened
+
+DEFAULT_OUT = Path("runs/tune")
+INTERRUPTED = 130  # the shell's status for Ctrl-C
+
+
+@dataclass(frozen=True)
+class TuneConfig:
+    """Tune both joints' controllers: the genetic algorithm of section 3.2, or a peer."""
+
+    trajectory: str | None = None
+    """line, two-loop or circle; line unless given."""
+    plant: str | None = None
+    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or
+    rod; assumed-modes unless given."""
+    controller: str | None = None
+    """fractional, or pid: orders 1 and -1; fractional unless given."""
+    realisation: str | None = None
+    """Of the operators, as in flexsim filter; or textbook, for PIDs. tustin, (2), unless given."""
+    setting: str | None = None
+    """Friction, limits and motors: none, print, joint or reconstructed; print unless given."""
+    distribution: str | None = None
+    """table-1, log-uniform, or a TOML file of rows such as k1 = { normal = [1e4, 2000] }."""
+    tuner: str | None = None
+    """genetic, cma (CMA-ES) or de (differential evolution); genetic unless given."""
+    terms: int | None = None
+    """p in (2), length of each operator; 10 unless given."""
+    period: float | None = None
+    """Control period T [s]; 1 ms unless given."""
+    filter_time: float | None = None
+    """Time constant of the textbook derivative's low-pass filter [s]; 0 unless given."""
+    weights: tuple[float, float, float] | None = None
+    """Of x, y and v in the index (5); 1 1 1 unless given."""
+    perturb: int | None = None
+    """Robots with other EI, rho, friction and payload beside the nominal one; the worst counts.
+    0 unless given."""
+    perturb_spread: float | None = None
+    """Largest relative change of EI, rho and friction; 0.2 unless given."""
+    perturb_payload: float | None = None
+    """Largest payload at the tip [kg]; 0.02 unless given."""
+    population: int | None = None
+    """Individuals per generation; 50 unless given."""
+    generations: int | None = None
+    """Generations at most, the first included; 100 unless given. Peers get the same budget."""
+    patience: int | None = None
+    """Generations without improvement after which the algorithm stops; 10 unless given."""
+    survivors: int | None = None
+    """The best, which stay and reproduce; 6 unless given."""
+    screen: int | None = None
+    """Candidates at most per individual drawn, to keep those whose linear loop does not grow; 0,
+    no screening, unless given."""
+    seed: int | None = None
+    """Seed of everything random; 1 unless given."""
+    modes: int | None = None
+    """Assumed modes, n; 3 unless given."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
+    mjcf: str | None = None
+    """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
+    beam: Literal["file", "analytic"] | None = None
+    """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
+    beam's on the file's rigid bodies; file unless given."""
+    out: Path | None = None
+    """Folder of the run, made anew; runs/tune unless given."""
+    force: bool = False
+    """Replace the run that is there."""
+    resume: Path | None = None
+    """Folder of a run to continue; its own settings hold."""
+    threads: int | None = None
+    """Threads; all cores unless given. Results do not depend on it."""
+    json: bool = False
+    """Print one JSON object instead of the table."""
+
+
+def given(config: TuneConfig) -> dict[str, Any]:
+    """Return those of a tuning's values that the command line gives."""
+    names = (item.name for item in dataclasses.fields(Tuning))
+    return {name: getattr(config, name) for name in names if getattr(config, name) is not None}
+
+
+def tuning_of(config: TuneConfig) -> Tuning:
+    """Return the tuning that the command line describes.
+
+    Raises:
+        ParameterError: an option that would have no effect, or what `Tuning` refuses.
+    """
+    values = given(config)
+    tuning = Tuning(**values)
+    textbook = tuning.realisation == TEXTBOOK
+    kind, _, size = tuning.plant.partition(":")
+    sized = f"{tuning.plant} has its own number"
+    for name, useless, reason in (
+        ("terms", textbook, "the textbook realisation has no series to cut"),
+        ("filter_time", not textbook, "only the textbook realisation has one"),
+        ("perturb_spread", not tuning.perturb, "no robots are perturbed; add --perturb"),
+        ("perturb_payload", not tuning.perturb, "no robots are perturbed; add --perturb"),
+        ("patience", tuning.tuner != "genetic", f"{tuning.tuner} always uses its whole budget"),
+        ("screen", tuning.tuner != "genetic", "only the genetic algorithm's draws are screened"),
+        ("modes", kind in ("chain", "untuned", "rod", "rigid"), f"the {kind} plant has none"),
+        ("segments", kind in ("assumed-modes", "printed", "rigid"), f"the {kind} plant has none"),
+    ):
+        if name in values and size and name in ("modes", "segments"):
+            useless, reason = useless or str(values[name]) != size, sized
+        if name in values and useless:
+            raise ParameterError(f"--{name.replace('_', '-')} has no effect: {reason}")
+    return tuning
+
+
+def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
+    """Return what a run keeps beside its configuration: MJCF and perturbed robots, by file name."""
+    texts = {}
+    chains = [plant for plant, _ in problem.scenarios if isinstance(plant, ChainPlant)]
+    if robot.given is not None:
+        texts[ROBOT_FILE] = robot.given.text
+    elif chains:
+        texts["chain.xml"] = chains[0].chain.text
+    if tuning.perturb:
+        lines = [",".join(map(repr, each)) for each in perturbations(tuning)]
+        texts["robots.csv"] = "\n".join([",".join(Perturbation._fields), *lines, ""])
+    return texts
+
+
+def begin(config: TuneConfig) -> tuple[Record, Problem]:
+    """Return a new run, its folder config.out made when all else is known to be right."""
+    tuning = tuning_of(config)
+    given_draws = distribution_for(tuning)
+    check_threads(config.threads)
+    robot = robot_of(tuning)
+    problem = problem_of(tuning, config.threads, robot)
+    draws = screened(tuning, given_draws, problem)
+    folder = config.out or DEFAULT_OUT
+    tune_folder.start(folder, config.force, tuning, draws, texts_of(tuning, problem, robot))
+    if not config.json:
+        print_differences(robot)
+    return Record(tuning, draws, [], len(tune_folder.HEADER)), problem
+
+
+def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
+    """Return a run to be continued, cut to its last complete generation.
+
+    Raises:
+        ParameterError: options that contradict it.
+        RunError: the folder cannot be continued; it is left as it was.
+    """
+    record = tune_folder.read(folder)
+    for name, value in given(config).items():
+        its = getattr(record.tuning, name)
+        if value != its:
+            raise ParameterError(
+                f"--{name.replace('_', '-')} {value} contradicts {folder}, which has {its}; "
+                "leave it out, or start a new run"
+            )
+    check_threads(config.threads)
+    kept = None if record.tuning.mjcf is None else folder / ROBOT_FILE  # not its later edits
+    robot = Robot.of(kept, record.tuning.beam)
+    problem = problem_of(record.tuning, config.threads, robot)
+    tune_folder.check_texts(folder, texts_of(record.tuning, problem, robot))
+    draws = screened(record.tuning, record.draws, problem)
+    tune_folder.cut(folder, record.size)
+    if not config.json:
+        print_differences(robot)
+    return dataclasses.replace(record, draws=draws), problem
+
+
+def check_threads(threads: int | None) -> None:
+    """Refuse a number of threads that there are not, before anything is written."""
+    if threads is not None and not 1 <= threads <= thread_count():
+        raise ParameterError(f"threads is {threads}; give 1 to {thread_count()}")
+
+
+@contextmanager
+def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
+    """Give a function that shows each new generation on the terminal."""
+    console = Console(stderr=True)
+    columns = (BarColumn(bar_width=20), TextColumn("{task.description}"))
+    most = tune_folder.most_generations(record.tuning)
+    best = min((float(each.indices.min()) for each in record.generations), default=float("inf"))
+    ran, started = 0, time.perf_counter()
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("compiling", total=most, completed=len(record.generations))
+
+        def show(new: Generation) -> None:
+            nonlocal best, ran
+            best = min(best, float(new.indices.min()))
+            ran += new.evaluated * scenarios
+            rate = ran / (time.perf_counter() - started)
+            left = (most - new.number - 1) * new.evaluated * scenarios / rate
+            bar.update(
+                task,
+                completed=new.number + 1,
+                description=f"generation {new.number + 1}/{most}  best {best:.4g} m2 s  "
+                f"stable {100 * new.stable_share:.0f} %  {rate:.0f} simulations/s  "
+                f"at most {timedelta(seconds=round(left))} left",
+            )
+
+        yield show
+
+
+def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
+    """Return the search, every new generation kept in the folder as soon as it is there.
+
+    Raises:
+        SystemExit: interrupted; a line on stderr says how to continue.
+    """
+    tuning, kept = record.tuning, len(record.generations)
+    try:
+        with live(record, len(problem.scenarios)) as show:
+
+            def keep(new: Generation) -> None:
+                nonlocal kept
+                tune_folder.append(folder, new)
+                kept = new.number + 1
+                show(new)
+
+            how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
+            search = tune(problem, *how, keep, record.generations)
+        if not tune_report.is_concluded(folder, search, len(problem.scenarios)):
+            tune_report.conclude(folder, search, tuning, len(problem.scenarios))
+    except KeyboardInterrupt:
+        print(
+            f"flexsim: interrupted, {kept} generation(s) kept; continue with "
+            f"flexsim tune --resume {folder}",
+            file=sys.stderr,
+        )
+        raise SystemExit(INTERRUPTED) from None
+    return search
+
+
+def command(config: TuneConfig) -> None:
+    """Run the tuner, from the start or on, and write its folder."""
+    if config.resume and (config.out or config.force):
+        raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
+    begun = None if config.resume else begin(config)
+    folder = config.resume or config.out or DEFAULT_OUT
+    with tune_folder.locked(folder):
+        record, problem = begun or take_up(config, folder)
+        search = carry_out(folder, record, problem)
+    tally = record.draws.tally if isinstance(record.draws, Screened) else None
+    if config.json:
+        more = {"screened": vars(tally)} if tally else {}
+        print(tune_report.as_json(search, len(problem.scenarios), folder, more))
+        return
+    out = Console(highlight=False)
+    out.print(tune_report.summary(search), soft_wrap=True)
+    if tally:
+        out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")
+    table = tune_report.result_table(search)
+    if table is not None:
+        out.print(table)
+    left = f"{tune_folder.GENERATIONS}, convergence.csv, figures/, convergence.rrd"
+    out.print(f"{folder}: {left}", soft_wrap=True)

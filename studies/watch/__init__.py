@@ -1,0 +1,1 @@
+"""Follow an MJCF file at every save: `flexsim watch`."""

@@ -1,0 +1,250 @@
+"""A save in the rerun viewer: both arms in motion, curves, modes, frequencies and their history.
+
+    >>> Viewer.running_or_new().show(saves)                   # doctest: +SKIP
+    >>> RecordingFile(Path("watch.rrd")).show(saves)          # doctest: +SKIP
+
+Each good save is a recording of its own, named after it, so that the viewer can go back to an
+earlier one; what is wrong with the file goes into the text of the last.
+"""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from flexsim.errors import RunError
+from flexsim.recording.case import Case
+from flexsim.recording.layout import _plot, _scene
+from flexsim.recording.rerun_file import APPLICATION, fix_ids, log_text, markdown_table, strict
+from flexsim.recording.rrd import _log_trace
+from flexsim.recording.scene import corners, log_scene
+from flexsim.recording.traces import CHAIN, MM, TIMELINE, Trace, traces
+from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
+from studies.watch.report import frequency_rows, tip_line
+from studies.watch.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
+
+if TYPE_CHECKING:
+    from studies.watch.watch import Save
+
+SAVES = "save"  # the timeline of the history
+ROOT = "arm"  # of the entities of the case
+MICRO = 1e6  # [um/m]
+PANELS = {
+    "v": "tip deflection v [mm]",
+    "difference/tip": "tip, chain minus assumed modes [um]",
+    "joint": "joint angles [rad] · 1 bright, 2 dark",
+    "energy": "kinetic + elastic energy [J]",
+}
+SCENE_TITLE = "open loop from rest · orange: assumed modes · blue: chain · grid 0.1 m"
+SHAPES_TITLE = "mode shapes · blue: chain · grey: paper's beam"
+HISTORY_TITLE = "clamped frequencies over saves"
+HISTORY_PLOT_TITLE = "on the timeline `save` [Hz]"
+SENT = 10.0  # [s] for a viewer to take a recording
+
+
+def text_of(saves: Sequence[Save], error: str | None) -> str:
+    """Return in markdown what the last save brought, and what is wrong with the file now."""
+    if not saves:
+        return f"# Not usable\n\n**{error}**"
+    save, before = saves[-1], saves[-2] if len(saves) > 1 else None
+    title = f"# {save.chain.source}: {save.label}"
+    if error is not None:
+        title = f"# Not usable\n\n**{error}**\n\nAll that is shown is of {save.label}."
+    since = f"change since save {before.number}" if before else "change"
+    head = ("", "assumed modes", since, "chain", since, "paper's beam")
+    table = markdown_table(head, frequency_rows(save, before))
+    return f"{title}\n\n{tip_line(save, before)}\n\n{table}"
+
+
+def changes_of(save: Save, error: str | None) -> str:
+    """Return in markdown what the file changes of the default, and what is wrong with it now."""
+    rows = save.changes
+    found = "The same robot as the default."
+    if rows:
+        found = markdown_table(
+            ("element", "attribute", "default", "yours"), [list(row) for row in rows]
+        )
+    return f"**{error}**\n\n{found}" if error else found
+
+
+def case_of(save: Save) -> Case:
+    """Return a save's motions as recordings have them."""
+    return Case(ROOT, "open loop", "trial torques", "none", save.motions, save.chain.model)
+
+
+def layout(save: Save | None) -> rrb.Blueprint:
+    """Return the arrangement; without a save there is only text."""
+    text = rrb.TextDocumentView(origin="/frequencies", name="frequencies")
+    root: rrb.Container = rrb.Vertical(text)
+    if save is not None:
+        case = case_of(save)
+        scene = _scene(case, corners(case, save.robot.parameters))
+        scene.name = SCENE_TITLE
+        texts = rrb.Tabs(text, rrb.TextDocumentView(origin="/differences", name="differences"))
+        plots = [_plot(case, panel, title) for panel, title in PANELS.items()]
+        shapes = rrb.Spatial2DView(origin="/mode_shapes", name=SHAPES_TITLE, visual_bounds=BOUNDS)
+        drawn = rrb.Spatial2DView(origin="/history", name=HISTORY_TITLE, visual_bounds=BOUNDS)
+        plotted = rrb.TimeSeriesView(origin="/history_hz", name=HISTORY_PLOT_TITLE)
+        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), grid_columns=2)
+        left = rrb.Vertical(scene, texts, row_shares=[6, 4])
+        root = rrb.Horizontal(left, right, column_shares=[44, 56])
+    fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, "flexsim:watch"))
+    return rrb.Blueprint(
+        root,
+        rrb.TopPanel(state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, loop_mode="all", play_state="playing"),
+        auto_views=False,
+    )
+
+
+def new_stream(saves: Sequence[Save]) -> rr.RecordingStream:
+    """Return the stream of a new recording, not yet connected.
+
+    Raises:
+        RunError: rerun is switched off.
+    """
+    stream = rr.RecordingStream(
+        f"{APPLICATION} watch", recording_id=uuid.uuid4(), send_properties=False
+    )
+    if not rr.is_enabled(stream):
+        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    return stream
+
+
+def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
+    """Record the last save, the history of all, and what is wrong with the file now.
+
+    Raises:
+        ModelError: the file has a geom that cannot be drawn.
+    """
+    stream.send_recording_name(saves[-1].label if saves else "no good save yet")
+    log_texts(stream, saves, error)
+    if not saves:
+        return
+    save, case = saves[-1], case_of(saves[-1])
+    log_chart(stream, "mode_shapes", *shape_rows(save))
+    log_chart(stream, "history", *history_rows(saves))
+    _log_history(stream, saves)
+    for trace in traces(case.motions):
+        if trace.path == "difference/tip":
+            trace = replace(trace, values=trace.values / MM * MICRO)
+        _log_trace(stream, case, trace)
+    if len(saves) > 1:
+        before = saves[-2].motions[CHAIN]
+        names = (f"chain, save {saves[-2].number}",)
+        _log_trace(stream, case, Trace("v/before", names, before.time, MM * before.v[:, None]))
+    log_scene(stream, case, save.robot.parameters)
+
+
+def log_texts(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
+    """Record what is said in words, in place of what was said before."""
+    log_text(stream, "frequencies", text_of(saves, error))
+    if saves:
+        log_text(stream, "differences", changes_of(saves[-1], error))
+
+
+def _log_history(stream: rr.RecordingStream, saves: Sequence[Save]) -> None:
+    """Record the chain's clamped frequencies [Hz] over the saves."""
+    hertz = np.array([save.modes.clamped_hz[CHAIN] for save in saves])  # (K, n)
+    names = [f"mode {i + 1}" for i in range(hertz.shape[1])]
+    stream.log("history_hz", rr.SeriesLines(names=names), static=True)
+    columns = rr.Scalars.columns(scalars=hertz.ravel())
+    numbers = rr.TimeColumn(SAVES, sequence=[save.number for save in saves])
+    stream.send_columns("history_hz", [numbers], columns.partition([hertz.shape[1]] * len(hertz)))
+
+
+class RecordingFile:
+    """A recording of the last save, written anew each time, all of it or nothing."""
+
+    def __init__(self, path: Path) -> None:
+        if not path.absolute().parent.is_dir():
+            raise RunError(f"cannot write the recording {path}: there is no such folder")
+        self.path = path
+
+    def show(self, saves: Sequence[Save], error: str | None = None) -> None:
+        """Write the file.
+
+        Raises:
+            ModelError: a geom cannot be drawn. RunError: the file cannot be written.
+        """
+        temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
+        try:
+            with strict():
+                stream = new_stream(saves)
+                stream.save(temporary, layout(saves[-1] if saves else None))
+                try:
+                    log_saves(stream, saves, error)
+                finally:
+                    stream.flush()
+                    stream.disconnect()
+            os.replace(temporary, self.path)
+        except RunError:
+            raise
+        except (OSError, RuntimeError) as problem:
+            raise RunError(f"cannot write the recording {self.path}: {problem}") from problem
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+class Viewer:
+    """A rerun viewer that shows each save as it comes."""
+
+    def __init__(self, url: str = DEFAULT_URL) -> None:
+        require_viewer(url)
+        self.url = url
+        self.stream: rr.RecordingStream | None = None
+        self.arranged = False  # once: then the arrangement is the user's
+
+    @classmethod
+    def running_or_new(cls) -> Viewer:
+        """Return the viewer that runs on this machine, or else a new one.
+
+        Raises:
+            RunError: none can be started.
+        """
+        if not answers(DEFAULT_URL):
+            start_viewer()
+        return cls()
+
+    def show(self, saves: Sequence[Save], error: str | None = None) -> None:
+        """Send a recording of a good save; else what is wrong, into the last recording.
+
+        Raises:
+            ModelError: a geom cannot be drawn. RunError: the viewer is gone.
+        """
+        require_viewer(self.url)
+        try:
+            with strict():
+                if error is not None and self.stream is not None:
+                    log_texts(self.stream, saves, error)
+                else:
+                    self._send(saves, error)
+                assert self.stream is not None
+                self.stream.flush(timeout_sec=SENT)
+        except RunError:
+            raise
+        except (OSError, RuntimeError) as problem:
+            raise RunError(f"cannot send to the viewer at {self.url}: {problem}") from problem
+
+    def _send(self, saves: Sequence[Save], error: str | None) -> None:
+        if self.stream is not None:
+            self.stream.disconnect()
+        self.stream = new_stream(saves)
+        self.stream.connect_grpc(self.url)
+        self.stream.send_blueprint(
+            layout(saves[-1] if saves else None), make_active=not self.arranged
+        )
+        self.arranged = self.arranged or bool(saves)
+        log_saves(self.stream, saves, error)

@@ -1,0 +1,267 @@
+"""What does this edit do? Modes and a quick cross-check of an MJCF file at every save.
+
+>>> answered(Path("models/chain6.xml")).tip_rms < 1e-5
+True
+
+`flexsim watch my.xml` prints them, and shows them in the rerun viewer (`watch_recording`), until
+Ctrl-C. A file that cannot be used is said so in one line, and watched on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+import tyro
+
+from flexsim.errors import FlexsimError, ModelError, ParameterError, RunError
+from flexsim.loop.motion import Motion
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import setting
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.differences import Difference, differences
+from flexsim.numerics.types import Array
+from flexsim.plants.chain_as_modes import vibration
+from flexsim.robot import Robot
+from studies.parity.crosscheck import tip_difference
+from studies.parity.modes import COMPARED, ModesResult, compared
+from studies.parity.motions import POSE, trial_torque
+from studies.watch.files import Sleep, lasts, snapshots
+from studies.watch.report import json_line, print_save
+
+TORQUE_SCALE = 1.0  # of the trial torques: the small ones of `flexsim crosscheck`
+SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
+BROKEN = 2  # the shell's status of --once with a file that cannot be used
+
+
+@dataclass(frozen=True)
+class WatchConfig:
+    """Follow an MJCF file: modes and a quick open-loop cross-check at every save, until Ctrl-C."""
+
+    file: tyro.conf.Positional[Path]
+    """The MJCF file; files that it includes are watched too."""
+    beam: Literal["file", "analytic"] = "file"
+    """Modes of the assumed-modes plant: the file's own chain's, or the paper's beam's on the
+    file's rigid bodies."""
+    connect: str | None = None
+    """Viewer to send to, as rerun+http://127.0.0.1:9876/proxy. Without it, the one running on this
+    machine, or else a new one."""
+    viewer: bool = True
+    """Show it in the rerun viewer."""
+    rrd: Path | None = None
+    """Write a recording of the last save to this file, instead of showing it."""
+    once: bool = False
+    """Answer once and end."""
+    json: bool = False
+    """Print one JSON object per save, a line each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Save:
+    """What one save of the file brought.
+
+    Attributes:
+        robot: of the file. chain: the file. number: of this save among the good ones, from 1.
+        when: it was answered. modes: as `flexsim modes` has them. shapes: (N+2, 3) of the chain's
+        modes at clamp, hinges, tip [-]. motions: of both plants, open loop, by name.
+        tip_rms: distance of the two tips [m]; v_max: largest tip deflection of the chain [m].
+    """
+
+    robot: Robot
+    chain: ChainModel
+    number: int
+    when: datetime
+    modes: ModesResult
+    shapes: Array
+    motions: dict[str, Motion]
+    tip_rms: float
+    v_max: float
+
+    @cached_property
+    def changes(self) -> list[Difference]:
+        """What the file changes of the default."""
+        return differences(self.robot.rod or self.chain)
+
+    @property
+    def label(self) -> str:
+        """As text calls it."""
+        return f"save {self.number}, {self.when:%H:%M:%S}"
+
+    def rows(self) -> dict[str, dict[str, Array]]:
+        """Return frequencies [Hz] and damping ratios, each a mapping from plant to (3,)."""
+        found = {"clamped [Hz]": self.modes.clamped_hz, "joint-free [Hz]": self.modes.joint_free_hz}
+        if any(np.any(ratios) for ratios in self.modes.damping_ratio.values()):
+            found["damping ratio [-]"] = self.modes.damping_ratio
+        return found
+
+
+class Screen(Protocol):
+    """Where saves are shown."""
+
+    def show(self, saves: list[Save], error: str | None = None) -> None:
+        """Show the last of the good saves, the history, and what is wrong with the file now.
+
+        Raises:
+            FlexsimError: it cannot be shown.
+        """
+
+
+def answered(
+    path: Path, beam: str = "file", number: int = 1, when: datetime = datetime.min
+) -> Save:
+    """Return modes and open-loop motions of both plants of a file.
+
+    Raises:
+        ModelError: the file cannot be used; the message names file and element.
+    """
+    try:
+        robot = Robot.of(path, beam)
+        plants = robot.both()
+        chain = plants[1].chain
+        torque = trial_torque(TORQUE_SCALE)
+        motions = [drive(plant, setting("none"), torque, theta=POSE) for plant in plants]
+        modes = compared(robot)
+        shapes = vibration(chain, robot.parameters, COMPARED).shapes
+    except FlexsimError as error:
+        said = " ".join(str(error).split())
+        raise ModelError(said if str(path) in said else f"{path}: {said}") from None
+    except np.linalg.LinAlgError as error:
+        raise ModelError(f"{path}: its modes cannot be found: {error}; check masses") from None
+    return Save(
+        robot=robot,
+        chain=chain,
+        number=number,
+        when=when,
+        modes=modes,
+        shapes=shapes,
+        motions={motion.plant: motion.thinned(SHOWN_EVERY) for motion in motions},
+        tip_rms=tip_difference(*motions),
+        v_max=float(np.abs(motions[1].v).max()),
+    )
+
+
+@dataclass
+class Watch:
+    """A file being watched, and what it answered so far.
+
+    Attributes:
+        config: what to do. screen: where to show it, if anywhere. sleep, now: the clock.
+        saves: the good ones so far.
+    """
+
+    config: WatchConfig
+    screen: Screen | None = None
+    sleep: Sleep = time.sleep
+    now: Callable[[], datetime] = datetime.now
+    saves: list[Save] = field(default_factory=list)
+
+    def run(self) -> None:
+        """Answer every save of the file, or the file as it is if only once.
+
+        Raises:
+            SystemExit: the file cannot be used, and was to be answered once.
+        """
+        path, once = self.config.file, self.config.once
+        told = None  # contents that were spoken of
+        for snapshot in snapshots(path, self.sleep):
+            if snapshot.contents == told:
+                continue
+            try:
+                save = self._answer()
+            except FlexsimError as error:
+                if not once and not lasts(snapshot, self.sleep):
+                    continue  # it was half written
+                self._refuse(str(error))
+            else:
+                self.saves.append(save)
+                self._report(save)
+            told = snapshot.contents
+            if once:
+                return
+
+    def _answer(self) -> Save:
+        path = self.config.file
+        if not path.exists():
+            raise RunError(f"{path}: the file is gone; waiting for it to return")
+        return answered(path, self.config.beam, len(self.saves) + 1, self.now())
+
+    def _refuse(self, message: str) -> None:
+        """Say what is wrong with the file."""
+        if self.config.json:
+            print(json_line(self.now(), error=message), flush=True)
+        complain(message)
+        self._show(message)
+        if self.config.once:
+            raise SystemExit(BROKEN)
+
+    def _report(self, save: Save) -> None:
+        """Say what a good save brought."""
+        if self.config.json:
+            print(json_line(save.when, save), flush=True)
+        else:
+            print_save(save, self.saves[-2] if len(self.saves) > 1 else None)
+        self._show()
+
+    def _show(self, error: str | None = None) -> None:
+        if self.screen is None:
+            return
+        try:
+            self.screen.show(self.saves, error)
+        except FlexsimError as problem:
+            if self.config.once:
+                raise
+            complain(" ".join(str(problem).split()))
+
+
+def complain(message: str) -> None:
+    """Say in one line what is wrong."""
+    print(f"flexsim: {message}", file=sys.stderr, flush=True)
+
+
+def screen_of(config: WatchConfig) -> Screen | None:
+    """Return where a configuration wants its saves shown.
+
+    Raises:
+        ParameterError: two places at once.
+        RunError: the viewer to connect to does not answer, or the recording cannot be written.
+    """
+    chosen = [config.connect is not None, not config.viewer, config.rrd is not None]
+    if sum(chosen) > 1:
+        raise ParameterError("--connect, --no-viewer and --rrd exclude each other; give one")
+    if not config.viewer:
+        return None
+    from studies.watch import recording as watch_recording
+
+    if config.rrd is not None:
+        return watch_recording.RecordingFile(config.rrd)
+    if config.connect is not None:
+        return watch_recording.Viewer(config.connect)
+    try:
+        return watch_recording.Viewer.running_or_new()
+    except RunError as error:
+        complain(f"{error}; printing only")
+        return None
+
+
+def command(config: WatchConfig) -> None:
+    """Watch the file until Ctrl-C.
+
+    Raises:
+        RunError: there is no such file.
+        ParameterError: more than one place to show it.
+    """
+    if not config.file.is_file():
+        raise RunError(f"there is no file {config.file}; give an MJCF file that exists")
+    with contextlib.suppress(KeyboardInterrupt):
+        watch = Watch(config, screen_of(config))
+        if not (config.once or config.json):
+            print(f"watching {config.file} (Ctrl-C ends it)", flush=True)
+        watch.run()

@@ -1,0 +1,222 @@
+"""The parity ladder: it holds for the shipped chains, and each rung fails for its own reason."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from edits import DEFAULT, EDITS
+
+from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, load_chain
+from studies.main import main
+from studies.parity.crosscheck import (
+    CHAIN_ENERGY_LIMIT,
+    STATES,
+    CrosscheckConfig,
+    CrosscheckResult,
+    Rung,
+    acceleration_difference,
+    energy_drift,
+    run,
+    tip_difference,
+    without_damping,
+)
+from studies.parity.motions import BRISK, GENTLE, trial_torque
+
+ROOT = Path(__file__).parents[2]
+CHAIN6 = ROOT / "models" / "chain6.xml"
+README = (ROOT / "README.md").read_text()
+
+PRINTED = 1e5  # times the drift of the consistent equations: what the printed ones exceed
+SMALL, LARGE = 6e-6, 0.12e-3  # [m] rms over 2 s, as the README says
+STATED = 0.02  # relative: three digits of the README's ladder; libraries move the last
+ROUNDED = 0.5  # relative, of rungs that are sums of rounding errors
+
+
+@pytest.fixture(scope="module")
+def ladder() -> dict[str, Rung]:
+    """Return the default chain's rungs by name."""
+    return {rung.name: rung for rung in run(CrosscheckConfig()).rungs}
+
+
+def named(rungs: dict[str, Rung], words: str) -> Rung:
+    (found,) = (rung for name, rung in rungs.items() if words in name)
+    return found
+
+
+def edited(pattern: str, replacement: str, count: int = 0) -> str:
+    text, found = re.subn(pattern, replacement, CHAIN6.read_text(), count=count)
+    assert found
+    return text
+
+
+def failures(folder: Path, text: str, beam: Any = "analytic") -> list[str]:
+    """Return the rungs that fail: the paper's beam in the equations, an edited one in MuJoCo."""
+    path = folder / "edited.xml"
+    path.write_text(text)
+    result = run(CrosscheckConfig(mjcf=path, beam=beam))
+    assert result.source == str(path)
+    found = [rung.name for rung in result.rungs if not rung.ok]
+    assert result.ok is (not found)
+    return found
+
+
+def test_default_chain_holds(ladder: dict[str, Rung]) -> None:
+    held = [rung for rung in ladder.values() if rung.limit is not None]
+    assert len(held) == 9
+    assert all(rung.ok and rung.limit and 0 <= rung.value <= rung.limit for rung in held)
+    assert CrosscheckResult("", tuple(held)).ok
+    assert not CrosscheckResult("", (*held, Rung("", 2.0, 1.0, False))).ok
+
+
+def test_printed_equations_drift(ladder: dict[str, Rung]) -> None:
+    """Misprints do work: gentle and brisk, the consistent equations drift far less."""
+    for motion in ("gentle", "brisk"):
+        printed = named(ladder, f"printed equations, {motion}")
+        consistent = named(ladder, f"assumed modes, {motion}")
+        assert printed.limit is None
+        assert printed.value > PRINTED * consistent.value
+
+
+def test_readme_states_these_figures(ladder: dict[str, Rung]) -> None:
+    assert named(ladder, "small torques").value < SMALL
+    assert "within 6 micrometres" in README
+    assert named(ladder, "large torques").value < LARGE
+    assert "within 0.12 mm" in README
+    printed = re.findall(r"│ +(\d\.\d\de[-+]\d\d)", README.split("Parity ladder")[1])
+    assert len(printed) == len(ladder)
+    for rung, figure in zip(ladder.values(), printed, strict=True):
+        tolerance = ROUNDED if rung.value < 1e-9 else STATED
+        assert float(figure) == pytest.approx(rung.value, rel=tolerance), rung.name
+
+
+def test_shipped_file_climbs_with_its_own_modes_and_with_the_papers() -> None:
+    for beam in ("file", "analytic"):
+        result = run(CrosscheckConfig(mjcf=CHAIN6, beam=beam))  # type: ignore[arg-type]
+        assert result.ok, [rung for rung in result.rungs if not rung.ok]
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_both_plants_follow_an_edited_file(edit: str, tmp_path: Path) -> None:
+    assert failures(tmp_path, EDITS[edit], "file") == []
+
+
+@pytest.mark.parametrize("factor", [0.25, 4.0])
+def test_softer_and_stiffer_beams_hold(factor: float, tmp_path: Path) -> None:
+    def scaled(match: re.Match[str]) -> str:
+        return f'stiffness="{factor * float(match[1])!r}"'
+
+    step = 'timestep="0.0005"' if factor > 1 else 'timestep="0.001"'
+    text = re.sub(r'stiffness="([^"]*)"', scaled, DEFAULT).replace('timestep="0.001"', step)
+    assert failures(tmp_path, text, "file") == []
+
+
+def test_a_transmission_holds(tmp_path: Path) -> None:
+    twice = edited('joint="joint1" gear="1"', 'joint="joint1" gear="2"')
+    assert failures(tmp_path, twice, "file") == []
+
+
+@pytest.mark.parametrize("edit", ["payload", "soft hinge"])
+def test_the_papers_beam_does_not_follow(edit: str, tmp_path: Path) -> None:
+    """Negative control: the same limits find that the equations are of another beam."""
+    failed = failures(tmp_path, EDITS[edit])
+    for words in ("joint-free", "couplings", "acceleration", "small torques"):
+        assert any(words in name for name in failed), words
+
+
+def test_rigid_bodies_follow_under_the_papers_beam_too(tmp_path: Path) -> None:
+    twice = 'diaginertia="0.001322 0.001322 0.002644"'
+    assert failures(tmp_path, edited('diaginertia="0.001322 0.001322 0.001322"', twice)) == []
+
+
+def test_damped_hinges_fail_in_motion_only(tmp_path: Path) -> None:
+    failed = failures(tmp_path, EDITS["damped"])
+    assert any("torques" in name for name in failed)
+    assert not any("frequencies" in name or "energy" in name for name in failed)
+
+
+def test_an_integrator_of_low_order_loses_energy() -> None:
+    euler = load_chain(text=edited('integrator="RK4"', 'integrator="Euler"'))
+    free = Parameters(F_1=0.0, F_2=0.0)
+    drift = energy_drift(ChainPlant(free, without_damping(euler)), BRISK)
+    assert drift > 10 * CHAIN_ENERGY_LIMIT
+
+
+def test_friction_would_be_seen_as_drift() -> None:
+    """Negative control: with the joints' own friction the energy rung would not hold."""
+    lossy = ChainPlant(Parameters(), load_chain(CHAIN6))
+    assert energy_drift(lossy, GENTLE) > 10 * CHAIN_ENERGY_LIMIT
+
+
+def test_without_damping_leaves_the_chain_alone() -> None:
+    chain = load_chain(CHAIN6)
+    before = chain.model.dof_damping.copy()
+    assert before[:2].tolist() == [2e-4, 2.3e-4]
+    copy = without_damping(chain)
+    assert not copy.model.dof_damping.any()
+    np.testing.assert_array_equal(chain.model.dof_damping, before)
+    np.testing.assert_array_equal(copy.lengths, chain.lengths)
+
+
+def test_a_file_with_an_include_climbs_the_whole_ladder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From any folder: what a file includes lies beside it."""
+    sensors = re.search(r"<sensor>.*</sensor>", CHAIN6.read_text(), re.DOTALL)
+    assert sensors
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "sensors.xml").write_text(f"<mujoco>{sensors[0]}</mujoco>")
+    text = CHAIN6.read_text().replace(sensors[0], '<include file="sensors.xml"/>')
+    (tmp_path / "sub" / "arm.xml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert run(CrosscheckConfig(mjcf=Path("sub/arm.xml"))).ok
+
+
+def test_acceleration_rung_is_seeded() -> None:
+    modes, chain = AssumedModesPlant(Parameters()), ChainPlant.designed(Parameters())
+    first, again, other = (acceleration_difference(modes, chain, 5, seed) for seed in (1, 1, 2))
+    assert first == again != other
+    assert acceleration_difference(modes, chain, STATES, 1) >= first  # its first five are these
+
+
+def test_tip_difference_of_known_tips() -> None:
+    class Tips:
+        def __init__(self, tip: Any) -> None:
+            self.tip = np.array(tip)
+
+    first, second = Tips([[0.0, 0.0], [1.0, 1.0]]), Tips([[3.0, 4.0], [1.0, 1.0]])
+    wanted = np.sqrt(25 / 2)
+    assert tip_difference(first, second) == pytest.approx(wanted, rel=1e-15)  # type: ignore[arg-type]
+
+
+def test_trial_torque_is_the_stated_one() -> None:
+    torque = trial_torque(2.0, duration=1.0)
+    assert torque.shape == (1000, 2)
+    np.testing.assert_allclose(torque[200], [1.0, 0.1 * np.sin(0.8 * np.pi)], rtol=1e-12)
+
+
+def test_seed_out_of_range() -> None:
+    with pytest.raises(ParameterError, match="seed is -1; give 0 or more"):
+        run(CrosscheckConfig(seed=-1))
+
+
+def test_verdicts_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "soft.xml"
+    path.write_text(edited('stiffness="8.386', 'stiffness="4.193'))
+    words = ["crosscheck", "--mjcf", str(path), "--beam", "analytic"]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--json"])
+    assert ended.value.code == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["ok"] is False
+    assert all({"name", "value", "limit", "ok"} <= set(rung) for rung in found["rungs"])
+    with pytest.raises(SystemExit):
+        main(words)
+    text = capsys.readouterr().out
+    fails = sum(not rung["ok"] for rung in found["rungs"])
+    holds = sum(rung["ok"] and rung["limit"] is not None for rung in found["rungs"])
+    assert (text.count("FAILS"), text.count("holds")) == (fails, holds)

@@ -1,0 +1,270 @@
+"""Replayed torque: when each row acts, what is written, and what a torque file may not be."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, RunError, drive
+from flexsim.loop.settings import setting
+from flexsim.robot import Robot
+from studies.main import main
+from studies.parity.motions import trial_torque
+from studies.tools.drive import MOTION_HEADER, read_torque, write_motion
+
+PLANTS = ("assumed-modes", "chain")
+MODELS = Path(__file__).parents[2] / "models"
+HEADER = "t,tau1,tau2\n"
+WORK = 1e-7  # relative: RK4 and the trapezoidal rule at 1 ms
+TIP = 1e-5  # [m] rms over 2 s, promised of the two plants under small torques
+TEETH = 3  # times the bound: what the equations as printed exceed at least
+STAMP = 1e-12  # [s] nine digits of a time below 1 s
+
+Columns = dict[str, Any]
+
+
+def write_torque(path: Path, torque: Any, end: str = "\n") -> Path:
+    rows = [f"{1e-3 * k:.3f},{a!r},{b!r}" for k, (a, b) in enumerate(np.asarray(torque).tolist())]
+    path.write_bytes(end.join(["t,tau1,tau2", *rows, ""]).encode())
+    return path
+
+
+def columns(path: Path) -> Columns:
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))
+    assert rows[0] == MOTION_HEADER
+    values = np.array([[float(cell) for cell in row] for row in rows[1:]])
+    return dict(zip(MOTION_HEADER, values.T, strict=True))
+
+
+def replayed(folder: Path, torque: Any, *options: str) -> Columns:
+    """Return the columns that the command writes for a torque (K, 2)."""
+    file = write_torque(folder / "tau.csv", torque)
+    words = ["drive", "--torque", str(file), "--out", str(folder / "out.csv"), "--force"]
+    assert main([*words, *options]) == 0
+    return columns(folder / "out.csv")
+
+
+def refused(folder: Path, capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """Return the one line of a command that is refused and leaves the folder as it was."""
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert main(["drive", *words]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == "" and shown.err.count("\n") == 1, shown
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+    return shown.err
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_row_k_is_the_state_as_torque_k_sets_in(plant: str, tmp_path: Path) -> None:
+    torque = np.zeros((6, 2))
+    rest = replayed(tmp_path, torque, "--plant", plant, "--theta2", "1.2")
+    torque[3] = 0.5, 0.0
+    pushed = replayed(tmp_path, torque, "--plant", plant, "--theta2", "1.2")
+    changed = np.array([pushed[name] != rest[name] for name in ("theta1", "theta2", "v")])
+    assert changed.any(axis=0).tolist() == [False] * 4 + [True] * 2
+    np.testing.assert_allclose(rest["t"], 1e-3 * np.arange(6), atol=STAMP)
+    for name, start in (("theta1", 0.0), ("theta2", 1.2), ("v", 0.0)):
+        assert (rest[name] == start).all()
+    p = Parameters()
+    assert rest["x"][0] == pytest.approx(p.L_R + p.reach * np.cos(1.2), rel=1e-12)  # rounding
+    assert rest["y"][0] == pytest.approx(p.reach * np.sin(1.2), rel=1e-12)
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_energy_is_the_work_of_the_held_torque(plant: str, tmp_path: Path) -> None:
+    """What a constant torque puts in, less the friction (31), is in the motion."""
+    p = Parameters()
+    push = np.tile([1.0, 0.0], (101, 1))
+    motion = drive(Robot().plant(plant, setting("none")), setting("none"), push[:-1])
+    written = replayed(tmp_path, push, "--plant", plant)
+    np.testing.assert_array_equal(written["theta1"], motion.joint[:, 0])
+    m = motion.state.shape[1] // 2
+    power = motion.state[:, m : m + 2] ** 2 @ (p.F_1, p.F_2)
+    lost = float(np.trapezoid(power, motion.time))
+    work = motion.joint[-1, 0]  # of 1 N m from 0
+    assert 100 * WORK * work < lost  # friction is seen
+    assert motion.energy[-1] == pytest.approx(work - lost, rel=WORK)
+
+
+def test_library_and_command_agree_to_the_last_digit(tmp_path: Path) -> None:
+    """A motion of the library has one row more: the state after the last torque."""
+    torque = trial_torque(1.0, duration=0.1)
+    plant = ChainPlant.designed(Parameters())
+    motion = drive(plant, setting("none"), torque, theta=(0.1, 0.2))
+    assert len(motion.time) == len(torque) + 1
+    written = replayed(tmp_path, torque, "--theta1", "0.1", "--theta2", "0.2")
+    np.testing.assert_array_equal(written["v"], motion.v[:-1])
+    np.testing.assert_array_equal(np.stack([written["x"], written["y"]], 1), motion.tip[:-1])
+
+
+def test_plants_agree_and_the_printed_equations_do_not(tmp_path: Path) -> None:
+    """The bound has teeth: the equations as printed are outside it."""
+    torque = trial_torque(1.0)
+    pose = (0.0, 1.2)
+    tips = {}
+    for plant in PLANTS:
+        got = replayed(tmp_path, torque, "--plant", plant, "--theta2", "1.2")
+        tips[plant] = np.stack([got["x"], got["y"]], axis=1)
+    printed = AssumedModesPlant(Parameters(), form="printed")
+    tips["printed"] = drive(printed, setting("none"), torque, theta=pose).tip[:-1]
+
+    def rms(first: str, second: str) -> float:
+        return float(np.sqrt(np.mean(np.sum((tips[first] - tips[second]) ** 2, axis=1))))
+
+    assert rms(*PLANTS) < TIP
+    assert rms("printed", "chain") > TEETH * TIP
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_setting_brings_its_friction_and_its_motor(plant: str, tmp_path: Path) -> None:
+    torque = trial_torque(18.0, duration=0.2)  # beyond the friction, within the limits
+    options = ("--plant", plant, "--theta2", "1.2")
+    free = replayed(tmp_path, torque, *options)
+    fitted = replayed(tmp_path, torque, *options, "--setting", "reconstructed")
+    chosen = setting("reconstructed")
+    made = Robot().plant(plant, setting("reconstructed"))
+    wanted = drive(made, chosen, torque, theta=(0.0, 1.2))
+    np.testing.assert_array_equal(fitted["theta2"], wanted.joint[:-1, 1])
+    assert np.abs(fitted["theta1"] - free["theta1"]).max() > 1e-3
+    light = Robot().plant(plant, setting("joint"))  # the same friction without the motor
+    other = drive(light, replace(chosen, I_m2=None), torque, theta=(0.0, 1.2))
+    assert np.abs(wanted.joint - other.joint).max() > 1e-4
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_an_edited_file_moves_otherwise(plant: str, tmp_path: Path) -> None:
+    text = (MODELS / "chain6.xml").read_text()
+    (tmp_path / "heavy.xml").write_text(text.replace('mass="0.47"', 'mass="4.7"'))
+    torque = trial_torque(4.0, duration=0.1)
+    options = ("--plant", plant, "--mjcf")
+    usual = replayed(tmp_path, torque, *options, str(MODELS / "chain6.xml"))
+    heavy = replayed(tmp_path, torque, *options, str(tmp_path / "heavy.xml"))
+    assert np.abs(heavy["theta1"]).max() < 0.9 * np.abs(usual["theta1"]).max()
+
+
+@pytest.mark.parametrize(
+    "plant", ["rigid", "assumed-modes:5", "printed", "chain:4", "untuned:8", "rod:8"]
+)
+def test_every_rung_can_be_driven(plant: str, tmp_path: Path) -> None:
+    """All of them are one robot: after 0.1 s their tips are within the beam's deflection."""
+    torque = trial_torque(1.0, duration=0.1)
+    options = ("--theta2", "1.2", "--plant")
+    usual = replayed(tmp_path, torque, *options, "chain")
+    other = replayed(tmp_path, torque, *options, plant)
+    apart = np.hypot(other["x"] - usual["x"], other["y"] - usual["y"]).max()
+    assert 0 < apart < 2 * np.abs(usual["v"]).max()
+
+
+@pytest.mark.parametrize("prefix", ["", "\ufeff"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_files_of_spreadsheets_are_read(tmp_path: Path, prefix: str, end: str) -> None:
+    path = tmp_path / "tau.csv"
+    path.write_bytes(f"{prefix}t, tau1, tau2{end}0, 0.5, -1e-1{end}1e-3,2,3{end}".encode())
+    np.testing.assert_array_equal(read_torque(path), [[0.5, -0.1], [2.0, 3.0]])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", ("the first line is ''", "t,tau1,tau2")),
+        (b"t;tau1;tau2\n0;0;0\n", ("t;tau1;tau2", "must be 't,tau1,tau2'")),
+        (b"0,0,0\n0.001,0,0\n", ("the first line is '0,0,0'",)),
+        (HEADER.encode(), ("has no rows", "at least one")),
+        (HEADER.encode() + b"0,0\n", ("line 2", "'0,0'", "three finite numbers")),
+        (HEADER.encode() + b"0,0,0,0\n", ("line 2", "'0,0,0,0'")),
+        (HEADER.encode() + b"0,0,0\n0.001,,0\n", ("line 3", "0.001,,0")),
+        (HEADER.encode() + b"0,-inf,0\n", ("line 2", "-inf")),
+        (HEADER.encode() + b"0,1e400,0\n", ("line 2", "1e400")),
+        (HEADER.encode() + b"0.5,0,0\n", ("line 2", "t = 0.5 s where 0 s is due", "1 ms")),
+        (HEADER.encode() + b"0,0,0\n0,0,0\n", ("line 3", "0.001 s is due")),
+        (HEADER.encode() + b'"0\n', ("line 2",)),
+        (b"\xff\xfe\x00t", ("not a CSV file",)),
+        (bytes(5000), ("the first line is", "...")),
+        (HEADER.encode() + b'"' + b"x" * 200_000 + b'"\n', ("not a CSV file",)),
+    ],
+)
+def test_torque_file_is_refused(
+    content: bytes, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "tau.csv"
+    path.write_bytes(content)
+    said = refused(tmp_path, capsys, "--torque", str(path), "--out", str(tmp_path / "o.csv"))
+    assert "tau.csv" in said and all(word in said for word in words)
+    assert len(said) < 500 + len(str(path))  # a binary file is not shown whole
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--torque tau.csv --out tau.csv", ("tau.csv exists already", "--force")),
+        ("--torque tau.csv --out folder --force", ("folder: cannot write the motion",)),
+        ("--torque tau.csv --out tau.csv/o.csv", ("tau.csv/o.csv: cannot write",)),
+        ("--torque tau.csv --out none/o.csv", ("none/o.csv: cannot write",)),
+        (f"--torque tau.csv --out {'o' * 300}.csv", ("too long",)),
+        ("--torque folder --out o.csv", ("folder: cannot read the torque file",)),
+        ("--torque tau.csv --out o.csv --plant untuned --mjcf m.xml", ("m.xml: cannot read",)),
+        ("--torque tau.csv --out o.csv --beam analytic", ("--beam", "no effect without --mjcf")),
+        ("--torque tau.csv --out o.csv --mjcf none.xml", ("none.xml: cannot read",)),
+        ("--torque tau.csv --out o.csv --theta2 inf", ("inf", "finite")),
+        ("--torque tau.csv --out o.csv --theta2 bent", ("--theta2", "'bent'")),
+    ],
+)
+def test_options_are_refused(
+    options: str,
+    words: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    write_torque(tmp_path / "tau.csv", np.zeros((2, 2)))
+    said = refused(tmp_path, capsys, *options.split())
+    assert all(word in said for word in words), said
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_runaway_writes_nothing(
+    plant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_torque(tmp_path / "tau.csv", np.full((300, 2), 1e8))
+    said = refused(tmp_path, capfd, "--plant", plant, "--torque", "tau.csv", "--out", "o.csv")
+    assert f"the {plant} plant ran away at t = 0" in said and "smaller torques" in said
+
+
+def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = drive(AssumedModesPlant(Parameters()), setting("none"), np.zeros((3, 2)))
+
+    def full(source: object, target: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("studies.tools.drive.os.replace", full)
+    with pytest.raises(RunError, match=r"o\.csv: cannot write the motion: No space left"):
+        write_motion(tmp_path / "o.csv", motion)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_summary_says_where_the_tip_ends(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torque = trial_torque(4.0, duration=0.05)
+    got = replayed(tmp_path, torque)
+    assert f"({got['x'][-1]:.6f}, {got['y'][-1]:.6f}) m" in capsys.readouterr().out
+    replayed(tmp_path, torque, "--json")
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["end_tip"] == [got["x"][-1], got["y"][-1]]
+    assert shown["max_v"] == np.abs(got["v"]).max()
+    assert (shown["plant"], shown["rows"]) == ("chain", 50)
+
+
+def test_unknown_names_list_the_known() -> None:
+    with pytest.raises(ParameterError, match="'rope' is unknown; choose rigid, assumed-modes"):
+        Robot().plant("rope")

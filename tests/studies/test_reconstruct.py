@@ -1,0 +1,119 @@
+"""The reconstruction's study: what stays bounded, what does not, how runs part, and the units."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexsim import AssumedModesPlant, Parameters
+from flexsim.robot import Robot
+from studies.main import main
+from studies.reconstruct.reconstruct import (
+    FIGURES,
+    TABLE_1,
+    ReconstructConfig,
+    chaos_row,
+    figure_row,
+    unit_rows,
+)
+from studies.reconstruct.report import misfit
+from studies.reconstruct.variants import LIMITS, QUICK, Variant, variants
+
+QUICKLY = ReconstructConfig(quick=True)
+BY_NAME = {variant.name: variant for variant in variants()}
+AT_ONCE = 1.0  # [s] by which +v has diverged: 0.34 to 0.61 s
+SPREAD = 0.25  # relative to the medians of twelve runs that the README quotes
+
+
+def modes_row(name: str, figure: str) -> dict:
+    variant = BY_NAME[name]
+    plant = variant.plants(Robot(), 3, 6)[0]
+    assert isinstance(plant, AssumedModesPlant)
+    return figure_row(variant, figure, plant, QUICKLY)
+
+
+@pytest.mark.parametrize(
+    ("figure", "envelope"), [("3", 0.0125), ("4", 0.0174), ("5", 0.0062), ("6", 0.0431)]
+)
+def test_as_reconstructed_all_runs_are_bounded(figure: str, envelope: float) -> None:
+    row = modes_row("as reconstructed", figure)
+    assert row["bounded_share"] == 1.0 and row["diverged_at"] is None
+    assert row["envelope"] == pytest.approx(envelope, rel=SPREAD)
+    assert row["envelope_quartile_1"] <= row["envelope"] <= row["envelope_quartile_3"]
+
+
+@pytest.mark.parametrize("figure", FIGURES)
+def test_plus_v_diverges_at_once(figure: str) -> None:
+    row = modes_row("+v in the loop", figure)
+    assert row["bounded_share"] == 0.0 and row["envelope"] is None
+    assert row["diverged_at"] < AT_ONCE
+
+
+@pytest.mark.parametrize("name", ["no torque limits", "friction none", "friction print"])
+def test_table_2_needs_limits_and_friction_at_the_joints(name: str) -> None:
+    assert modes_row(name, "4")["bounded_share"] == 0.0
+
+
+def test_v_is_not_needed() -> None:
+    assert modes_row("v left out", "6")["envelope"] < modes_row("as reconstructed", "6")["envelope"]
+
+
+def test_variants_differ_in_one_thing_and_names_are_unique() -> None:
+    everything = variants()
+    assert len(BY_NAME) == len(everything) and set(QUICK) <= set(BY_NAME)
+    assert BY_NAME["limit on joint 1 only"].setting.friction.torque_limit == (LIMITS[0], np.inf)
+    assert BY_NAME["limit 2 -20 %"].setting.friction.torque_limit == (
+        LIMITS[0],
+        pytest.approx(0.8 * LIMITS[1]),
+    )
+    assert BY_NAME["I_m2 +20 %"].setting.I_m2 == pytest.approx(1.2 * 0.0557)
+    assert BY_NAME["I_m2 = 0"].plants(Robot(), 3, 6)[0].parameters == Parameters()
+    assert {plant.step for plant in BY_NAME["physics step 0.25 ms"].plants(Robot(), 3, 6)} == {
+        0.25e-3
+    }
+
+
+def test_moved_and_resized_figures() -> None:
+    base, moved = Variant("base", "as it is"), Variant("place", "x", centre=(0.5, 0.2), size=0.8)
+    for path in ("line", "two-loop", "circle"):
+        time = np.linspace(0, base.trajectory(path).duration, 2001)
+        first, second = base.trajectory(path).at(time), moved.trajectory(path).at(time)
+        middle = (second.max(axis=0) + second.min(axis=0)) / 2
+        np.testing.assert_allclose(middle, (0.5, 0.2), atol=1e-6)
+        np.testing.assert_allclose(np.ptp(second, axis=0), 0.8 * np.ptp(first, axis=0), rtol=1e-5)
+    slow = Variant("fit", "slow", slowness=1.2).trajectory("line")
+    assert slow.duration == pytest.approx(1.2 * base.trajectory("line").duration)
+
+
+def test_small_hairs_last_on_the_assumed_modes() -> None:
+    variant = BY_NAME["as reconstructed"]
+    row, distance = chaos_row(variant, "5", variant.plants(Robot(), 3, 6)[0], QUICKLY)
+    assert row["kind"] != "chaotic" and row["apart_1e-09"] == 0.0
+    assert distance[0] == pytest.approx(1e-9, rel=1e-3) and distance.max() < 1e-6
+
+
+def test_leading_gains_fall_inside_table_1_in_milliseconds_only() -> None:
+    leading = [row for row in unit_rows() if row["gain"] in ("k_1", "k_4")]
+    assert len(leading) == 6
+    assert all(abs(row["deviations_milliseconds"]) < 2 for row in leading)
+    assert not any(abs(row["deviations_seconds"]) < 2 for row in leading)
+    assert {row["gain"] for row in unit_rows()} <= set(TABLE_1)
+
+
+def test_misfit_is_a_factor() -> None:
+    row = {"bounded_share": 1.0, "envelope": 0.02, "paper_simulation": 0.01}
+    assert misfit([row, row | {"envelope": 0.005}]) == pytest.approx(2)
+    assert misfit([row, row | {"bounded_share": 0.5}]) is None
+
+
+def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "run"
+    assert main(["reconstruct", "--quick", "--json", "--out", str(out)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    rows = found["rows"]
+    assert [row["variant"] for row in rows[:: 2 * len(FIGURES)]] == list(QUICK)
+    assert {row["plant"] for row in rows} == {"assumed-modes", "chain"}
+    assert all(row["bounded_share"] == (row["variant"] == QUICK[0]) for row in rows)
+    assert len(found["chaos"]) == 8
+    assert {path.name for path in (out / "figures").iterdir()} == {"chaos.png", "envelopes.png"}

@@ -1,0 +1,287 @@
+"""The linear closed loop against textbook loops and against the nonlinear simulation."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import lfilter
+from trial_controllers import TRIAL
+
+from controllers import Gains, fractional_pid, textbook_pid
+from flexsim import ParameterError
+from flexsim.linear.linearise import linearise
+from flexsim.linear.loop_poles import (
+    LinearLoop,
+    LoopOptions,
+    SampledPlant,
+    filter_matrices,
+    linear_loop,
+    small_signal,
+    spectral_radii,
+)
+from flexsim.linear.margins import margins
+from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.friction import Friction
+from flexsim.plants.base import Plant
+from flexsim.plants.modes_plant import AssumedModesPlant
+from studies.main import main
+from studies.stability.maps import growth_rates, stability_map
+from studies.stability.simulated import simulated_errors, simulated_growth, simulated_rates
+from studies.stability.stability import StabilityConfig, run
+
+PERIOD = 1e-3  # [s]
+POSE = 1.2  # [rad]
+AS_SIMULATED = LoopOptions(hold="stepped")
+CLOSED_FORM = 1e-9  # relative; crossings are found to rounding
+ON_CIRCLE = 1e-9  # distance of a pole from the unit circle at a gain margin
+GROWTH = 0.01  # relative: predicted against simulated rate
+FITTED = 0.02  # relative: a rate read off the motion's own peaks
+DRAWS, SAMPLES = 120, 2000
+SLACK = 0.5  # [1/s]; slower growth does not show in 2 s beside what decays
+AGREEMENT = 0.97  # share of draws; measured: 0.992 on both plants
+FILTERING = 1e-10  # relative to the largest output
+
+
+def around_stability(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Filters of random fractional PIDs, about a fifth of them stable."""
+    rng = np.random.default_rng(seed)
+    pairs = []
+    for _ in range(count):
+        halves = []
+        for k in (1e4, 1e2):
+            gain, nu = k * 10 ** rng.uniform(-0.7, 0.7), rng.uniform(0, 0.8)
+            gains = Gains.from_milliseconds(gain, nu, 1.0, 0.1 * rng.standard_normal(), 0.1)
+            halves.append(fractional_pid(gains, PERIOD))
+        pairs.append(tuple(halves))
+    return stack_filters(pairs)
+
+
+def tuned_loop(plant: Plant, name: str, options: LoopOptions = AS_SIMULATED) -> LinearLoop:
+    return linear_loop(plant, POSE, *stack_filters([TRIAL[name].filters(PERIOD)]), options)
+
+
+def integrators(gain: float) -> LinearLoop:
+    """Two uncoupled sampled integrators, T/(z - 1), under proportional control."""
+    linear = linearise(AssumedModesPlant())
+    sampled = SampledPlant(np.eye(2), PERIOD * np.eye(2), np.eye(2), PERIOD, linear)
+    b, a = np.zeros((2, 2, 2))
+    b[:, 0], a[:, 0] = gain, 1.0
+    return LinearLoop(sampled, b, a)
+
+
+@pytest.mark.parametrize("gain", [20.0, 700.0, 1900.0])
+@pytest.mark.parametrize("joint", [0, 1])
+def test_margins_of_a_sampled_integrator(gain: float, joint: int) -> None:
+    found = margins(integrators(gain), joint)  # L = k T/(z - 1): |z - 1| = k T at the crossing
+    crossing = 2 * math.asin(gain * PERIOD / 2)
+    assert found.gain_high == pytest.approx(2 / (gain * PERIOD), rel=CLOSED_FORM)
+    assert found.gain_low == 0
+    assert found.phase == pytest.approx(math.pi / 2 - crossing / 2, rel=CLOSED_FORM)
+    assert found.omega_phase == pytest.approx(crossing / PERIOD, rel=CLOSED_FORM)
+
+
+@pytest.mark.parametrize("gain", [700.0, 1500.0])
+def test_the_phase_margin_of_an_unstable_loop_is_negative(gain: float) -> None:
+    """L = k T/(z (z - 1)), a period late: pi/2 - 3/2 of the crossing, below 0 for k T > 1."""
+    plain = integrators(gain)
+    late = LinearLoop(plain.sampled, plain.b[:, ::-1].copy(), plain.a)
+    crossing = 2 * math.asin(gain * PERIOD / 2)
+    found = margins(late, 0).phase
+    assert found == pytest.approx(math.pi / 2 - 1.5 * crossing, rel=CLOSED_FORM)
+    assert (found < 0) == (gain * PERIOD > 1) == (late.spectral_radius > 1)
+
+
+def test_poles_of_a_sampled_integrator() -> None:
+    loop = integrators(700.0)
+    assert loop.spectral_radius == pytest.approx(0.3)  # 1 - k T, twice
+    assert loop.growth_rate == pytest.approx(math.log(0.3) / PERIOD)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_a_pole_lies_on_the_circle_at_the_gain_margins(plant: Plant, joint: int) -> None:
+    loop = tuned_loop(plant, "circle")
+    found = margins(loop, joint)
+    assert 0 < found.gain_low < 1 < found.gain_high
+    for factor in (found.gain_low, found.gain_high):
+        scaled = loop.b.copy()
+        scaled[joint] *= factor
+        moduli = np.abs(LinearLoop(loop.sampled, scaled, loop.a).poles)
+        assert np.abs(moduli - 1).min() < ON_CIRCLE
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_closing_a_broken_loop_gives_the_closed_one(plant: Plant, joint: int) -> None:
+    loop = tuned_loop(plant, "line")
+    A, B, C = loop.broken_at(joint)
+    assert A - np.outer(B, C) == pytest.approx(loop.matrix, abs=1e-12 * np.abs(loop.matrix).max())
+
+
+@given(
+    st.lists(st.floats(-2, 2), min_size=2, max_size=6),
+    st.lists(st.floats(-0.3, 0.3), min_size=1, max_size=5),
+    st.integers(0, 1000),
+)
+def test_filters_as_state_space_filter_alike(b: list[float], tail: list[float], seed: int) -> None:
+    stacked = stack_filters([((np.array(b), np.array([1.0, *tail])),) * 2])
+    A, B, C, D = (part[0, 0] if part.ndim > 1 else part for part in filter_matrices(*stacked))
+    x = np.random.default_rng(seed).standard_normal(30)
+    state, out = np.zeros(len(A)), []
+    for each in x:
+        out.append(C @ state + D[0] * each if np.ndim(D) else C @ state + D * each)
+        state = A @ state + B * each
+    expected = lfilter(b, [1.0, *tail], x)
+    assert out == pytest.approx(expected, abs=FILTERING * max(1.0, np.abs(expected).max()))
+
+
+def test_population_and_single_loop_agree(plant: Plant) -> None:
+    b, a = around_stability(8, seed=1)
+    one = [linear_loop(plant, POSE, b[i], a[i]).spectral_radius for i in range(8)]
+    assert spectral_radii(plant, POSE, b, a) == pytest.approx(one, rel=CLOSED_FORM)
+    several = spectral_radii(plant, [0.5, POSE, 2.0], b, a)
+    each = [spectral_radii(plant, pose, b, a) for pose in (0.5, POSE, 2.0)]
+    assert several == pytest.approx(np.max(each, axis=0))
+
+
+def test_what_is_not_finite_is_unstable(modes_plant: AssumedModesPlant) -> None:
+    b, a = around_stability(3, seed=1)
+    b[1, 0, 0] = np.inf
+    radii = spectral_radii(modes_plant, POSE, b, a)
+    assert np.isinf(radii).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("name", list(TRIAL))
+def test_growth_rate_is_that_of_the_simulation(plant: Plant, name: str) -> None:
+    loop = tuned_loop(plant, name)
+    assert simulated_growth(plant, loop, AS_SIMULATED) == pytest.approx(
+        loop.growth_rate, rel=GROWTH
+    )
+
+
+def test_growth_rate_can_be_read_off_the_motion(plant: Plant) -> None:
+    loop = tuned_loop(plant, "two-loop")
+    _, _, errors = simulated_errors(plant, POSE, (loop.b[None], loop.a[None]), AS_SIMULATED, 2500)
+    window = round(2 * np.pi / np.angle(loop.poles[0]))  # one swing
+    peaks = np.abs(errors[0, :, 1][: 2500 // window * window]).reshape(-1, window).max(axis=1)
+    late = np.log(peaks[len(peaks) // 2 :])
+    rate = np.polyfit(window * PERIOD * np.arange(len(late)), late, 1)[0]
+    assert rate == pytest.approx(loop.growth_rate, rel=FITTED)
+
+
+def agreement(plant: Plant, options: LoopOptions) -> tuple[float, float]:
+    """Share of draws that both call stable or both unstable, and share of stable ones."""
+    b, a = around_stability(DRAWS, seed=3)
+    growth = growth_rates(spectral_radii(plant, POSE, b, a, options), PERIOD)
+    rates = simulated_rates(plant, POSE, (b, a), AS_SIMULATED, SAMPLES)
+    stable = growth <= SLACK
+    return float(np.mean(stable == (rates <= SLACK))), float(np.mean(rates <= SLACK))
+
+
+def test_screening_agrees_with_the_simulation(plant: Plant) -> None:
+    share, stable = agreement(plant, AS_SIMULATED)
+    assert share >= AGREEMENT
+    assert 0.1 < stable < 0.5  # both outcomes are there to be told apart
+
+
+def test_the_wrong_sign_of_v_would_be_noticed(modes_plant: AssumedModesPlant) -> None:
+    share, _ = agreement(modes_plant, LoopOptions(hold="stepped", v_gain=1.0))
+    assert share < AGREEMENT - 0.1
+
+
+def test_torque_gain_is_what_a_slope_of_the_friction_does(plant: Plant) -> None:
+    options = LoopOptions(hold="stepped", torque_gain=(0.2585, 1.0231))
+    loop = tuned_loop(plant, "two-loop", options)
+    assert simulated_growth(plant, loop, options) == pytest.approx(loop.growth_rate, rel=GROWTH)
+    assert abs(loop.growth_rate / tuned_loop(plant, "two-loop").growth_rate - 1) > 10 * GROWTH
+
+
+def test_a_beam_without_damping_keeps_the_reflected_tips_own_swing(plant: Plant) -> None:
+    """The reflected tip held still leaves the beam a swing at 13.8 rad/s that nothing damps."""
+    swing = tuned_loop(plant, "circle").poles[0]
+    assert np.angle(swing) / PERIOD == pytest.approx(13.8, abs=0.1)
+    assert abs(math.log(abs(swing)) / PERIOD) < 0.01
+
+
+def test_small_signal_friction() -> None:
+    assert small_signal(Friction("none")) == ((1.0, 1.0), (0.0, 0.0))
+    assert small_signal(Friction("print")) == ((0.2585, 1.0231), (0.0, 0.0))
+    assert small_signal(Friction("joint")) == ((1.0, 1.0), (0.2585, 1.0231))
+
+
+def test_a_textbook_pd_of_both_joints_is_stable(plant: Plant) -> None:
+    pair = (textbook_pid(50.0, 0.0, 8.0, PERIOD), textbook_pid(1.0, 0.0, 0.1, PERIOD))
+    assert spectral_radii(plant, POSE, *stack_filters([pair]), AS_SIMULATED)[0] < 1
+
+
+def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant) -> None:
+    found = stability_map(modes_plant, TRIAL["circle"], 0, POSE, AS_SIMULATED, 5)
+    assert found.growth.shape == (5, 5)
+    assert found.own == pytest.approx((8660.0, 0.06911))
+    assert np.diff(np.log(found.k)) == pytest.approx(np.full(4, math.log(100) / 4))
+
+
+def test_study_writes_a_run_that_explains_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    words = f"stability --quick --map-points 3 --controllers line --screen 20 --out {out} --json"
+    assert main(words.split()) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert [row["plant"] for row in content["rows"]] == ["assumed-modes", "chain"]
+    assert {path.name for path in (out / "figures").iterdir()} == {
+        "stable_assumed-modes.png",
+        "stable_chain.png",
+    }
+    assert (out / "config.json").is_file()
+    assert (out / "results.csv").is_file()
+    assert [each["draws"] for each in content["screens"]] == [20, 20]
+
+
+@pytest.mark.parametrize("setting_name", ["print", "joint", "reconstructed"])
+def test_every_setting_can_be_asked_for(setting_name: str) -> None:
+    config = StabilityConfig(
+        setting=setting_name, plant="assumed-modes", theta2=(POSE,), controllers=("figure-5",)
+    )
+    row = run(StabilityConfig(**{**vars(config), "map_points": 0})).rows[0]
+    assert math.isfinite(row["growth_stepped"])
+    assert row["growth_simulated"] == pytest.approx(row["growth_stepped"], rel=GROWTH)
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ("--controllers lines", "lines"),
+        ("--trajectory square", "square"),
+        ("--plant beam", "beam"),
+        ("--setting wet", "wet"),
+        ("--hold euler", "euler"),
+        ("--map-points 1", "map points"),
+        ("--slack -1", "slack"),
+        ("--theta2 nan", "theta2"),
+        ("--theta2 1 --trajectory circle", "contradict"),
+        ("--torque-gain 0 1", "torque gain"),
+        ("--torque-gain 1 inf", "torque gain"),
+    ],
+)
+def test_a_wrong_option_is_one_line_and_leaves_nothing(
+    words: str, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    assert main(["stability", *words.split(), "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert named in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_loops_that_cannot_be_built_are_refused(modes_plant: AssumedModesPlant) -> None:
+    b, a = around_stability(2, seed=1)
+    with pytest.raises(ParameterError, match="one controller"):
+        linear_loop(modes_plant, POSE, b, a)
+    with pytest.raises(ParameterError, match="joint"):
+        margins(tuned_loop(modes_plant, "line"), 2)
+    with pytest.raises(ParameterError, match="torque gain"):
+        LoopOptions(torque_gain=(math.nan, 1.0))

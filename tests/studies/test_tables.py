@@ -1,0 +1,125 @@
+"""Tables 2 and 3 and Figure 6 anew: rows, ratios, and that a row is what the tuner found."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flexsim import ParameterError
+from studies.main import main
+from studies.tables.tables import TablesConfig, run, tunings
+
+PATHS = ("line", "two-loop", "circle")
+PLANTS = ("assumed-modes", "chain")
+TUNED_ON = (*PLANTS, "both")
+PAPER = {"line": 3.3, "two-loop": 1.5, "circle": 3.0, "line by two-loop": 1.3}  # section 4
+TENTH = 0.05  # the paper's ratios have one decimal
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Return the folder of a quick run, and what it printed."""
+    out = tmp_path_factory.mktemp("tables") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        printed: list[str] = []
+        patch.setattr("builtins.print", lambda text="", **_: printed.append(str(text)))
+        words = ["tables", "--quick", "--chain-generations", "2", "--out", str(out), "--json"]
+        assert main(words) == 0
+    yield out, json.loads(printed[-1])
+
+
+def test_every_controller_on_every_trajectory_and_plant(
+    shown: tuple[Path, dict[str, Any]],
+) -> None:
+    rows = shown[1]["rows"]
+    names = [(r["tuned_on"], r["tuned_for"], r["run_on"], r["trajectory"]) for r in rows]
+    assert names == list(product(TUNED_ON, PATHS, PLANTS, PATHS))
+    for row in rows:
+        figures = [row[name] for name in ("envelope", "rms_error", "max_v", "residual_v")]
+        assert all(value is None for value in figures) is row["diverged"]
+        if not row["diverged"]:
+            assert 0 < row["rms_error"] <= row["max_error"] and row["residual_v"] <= row["max_v"]
+    assert any(not row["diverged"] for row in rows)
+
+
+def test_index_on_its_own_ground_is_what_the_tuner_found(
+    shown: tuple[Path, dict[str, Any]],
+) -> None:
+    content = shown[1]
+    found = 0
+    for controller in content["controllers"]:
+        mine = [
+            row["index"]
+            for row in content["rows"]
+            if (row["tuned_on"], row["tuned_for"]) == (controller["tuned_on"], row["trajectory"])
+            and row["tuned_for"] == controller["tuned_for"]
+            and controller["tuned_on"] in (row["run_on"], "both")
+        ]
+        if controller["index"] is None:
+            assert mine == [None] * len(mine)
+        else:
+            assert max(mine) == pytest.approx(controller["index"], rel=1e-9)
+            found += 1
+    assert found >= 3  # seed 1 finds controllers that hold
+
+
+def test_ratios_are_those_of_the_rows(shown: tuple[Path, dict[str, Any]]) -> None:
+    content = shown[1]
+    envelope = {
+        (r["tuned_on"], r["tuned_for"], r["run_on"], r["trajectory"]): r["envelope"]
+        for r in content["rows"]
+    }
+    assert len(content["ratios"]) == 12
+    for case in content["ratios"]:
+        before, after = (
+            envelope[case["tuned_on"], case["tuned_for"], case[name], case["trajectory"]]
+            for name in ("from_plant", "to_plant")
+        )
+        wanted = None if None in (before, after) else after / before
+        assert case["ratio"] == wanted
+        own = case["trajectory"] == case["tuned_for"]
+        name = case["trajectory"] if own else f"{case['trajectory']} by {case['tuned_for']}"
+        assert case["paper_ratio"] == pytest.approx(PAPER[name], abs=TENTH)
+    chain = [c for c in content["ratios"] if c["tuned_on"] == "chain"]
+    assert {(c["from_plant"], c["to_plant"]) for c in chain} == {("chain", "assumed-modes")}
+
+
+def test_run_explains_itself(shown: tuple[Path, dict[str, Any]]) -> None:
+    out, content = shown
+    assert content["run"] == str(out)
+    names = {"config.json", "results.csv", "controllers.csv", "ratios.csv", "chain.xml", "figures"}
+    assert {path.name for path in out.iterdir()} == names
+    with (out / "results.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 54
+    for name in ("envelopes.png", "transfer.png"):
+        assert (out / "figures" / name).stat().st_size > 20_000
+
+
+def test_searches_are_the_tuners() -> None:
+    chosen = tunings(TablesConfig(seed=7, generations=9, chain_generations=4, setting="joint"))
+    assert [(each.plant, each.trajectory) for each in chosen] == list(product(TUNED_ON, PATHS))
+    assert {each.generations for each in chosen if each.plant == "assumed-modes"} == {9}
+    assert {each.generations for each in chosen if each.plant != "assumed-modes"} == {4}
+    assert {(each.seed, each.setting) for each in chosen} == {(7, "joint")}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"chain_generations": 0}, "chain generations is 0"),
+        ({"generations": 0}, "generations is 0"),
+        ({"perturbations": 0}, "perturbations is 0"),
+        ({"setting": "ice"}, "'ice' is unknown"),
+        ({"seed": -1}, "seed is -1"),
+        ({"threads": 0}, "threads is 0"),
+    ],
+)
+def test_bad_options_are_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        run(TablesConfig(**options))
