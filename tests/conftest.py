@@ -1,7 +1,13 @@
 """Fixtures of the whole suite, and one profile of hypothesis: same draws every run, no clock."""
 
+# ruff: noqa: E402
+
 import pytest
 from hypothesis import settings
+
+from flexsim.numerics.blas import one_thread  # isort: skip
+
+one_thread()  # before numpy is loaded
 
 from flexsim import Parameters
 from flexsim.plants.chain_plant import ChainPlant

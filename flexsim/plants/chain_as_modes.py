@@ -23,6 +23,7 @@ from flexsim.errors import ModelError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.bodies import Bodies, parts, require_carried
 from flexsim.mjcf.chain_file import ChainModel, mass_matrix, stiffness_matrix
+from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
 
@@ -105,12 +106,10 @@ def clamped_damping(chain: ChainModel) -> Array:
     """
     model = chain.model
     M = mass_matrix(model, np.zeros(model.nq))[2:, 2:]
-    force = np.hstack([np.diag(model.jnt_stiffness[2:]), np.diag(model.dof_damping[2:])])
-    n = len(M)
-    A = np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])  # (2N, 2N)
-    rates = np.linalg.eigvals(A)
+    D, K = np.diag(model.dof_damping[2:]), np.diag(model.jnt_stiffness[2:])
+    rates = np.linalg.eigvals(state_matrix(M, D, K))
     rates = rates[np.argsort(np.abs(rates), kind="stable")]
-    swinging = rates[rates.imag >= 0][:n]
+    swinging = rates[rates.imag >= 0][: len(M)]
     ratios: Array = -swinging.real / np.abs(swinging)
     return np.where(np.abs(ratios) < ROUNDING, 0.0, ratios)
 

@@ -30,6 +30,7 @@ from flexsim.linear.linearise import LinearPlant, linearise
 from flexsim.loop.friction import Friction
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.jit import jit
+from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants import printed
 from flexsim.plants.base import Plant
@@ -225,10 +226,7 @@ def tip_zeros(linear: LinearPlant, reach: float) -> NDArray[np.complex128]:
         linear: of n flexible coordinates; reach: r + L [m].
     """
     M, D, K = _held(linear, reach)
-    n = len(M)
-    lower = -np.linalg.solve(M, np.hstack([K, D]))  # (n, 2n)
-    upper = np.hstack([np.zeros((n, n)), np.eye(n)])
-    return np.asarray(np.linalg.eigvals(np.vstack([upper, lower])), dtype=complex)
+    return np.asarray(np.linalg.eigvals(state_matrix(M, D, K)), dtype=complex)
 
 
 def _held(linear: LinearPlant, reach: float) -> tuple[Array, Array, Array]:

@@ -31,6 +31,7 @@ from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
 from flexsim.mjcf.rod_file import rod_frequencies
 from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
@@ -120,9 +121,9 @@ def exact_rates(chain: ChainModel) -> Array:
     model = chain.model
     qpos = np.array(model.qpos_spring)
     M = mass_matrix(model, qpos)[2:, 2:]
-    n = len(M)
-    force = np.hstack([np.diag(model.jnt_stiffness[2:]), np.diag(model.dof_damping[2:])])
-    return _slowest(np.linalg.eigvals(np.vstack([np.eye(n, 2 * n, n), -np.linalg.solve(M, force)])))
+    D, K = np.diag(model.dof_damping[2:]), np.diag(model.jnt_stiffness[2:])
+    rates: Any = np.linalg.eigvals(state_matrix(M, D, K))
+    return _slowest(rates)
 
 
 def _slowest(rates: Array) -> Array:
