@@ -23,16 +23,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexsim.errors import ParameterError
-from flexsim.linear.linearise import (
-    LinearPlant,
-    integrator_of,
-    linearise,
-    stepped_hold,
-    zero_order_hold,
-)
+from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.loop.friction import Friction
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
+from flexsim.plants.linear_plant import LinearPlant
 
 HOLDS = ("exact", "stepped")
 CHUNK = 512  # controllers whose matrices are built at once
@@ -110,7 +105,7 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
     o = options or LoopOptions()
     if o.hold == "stepped":
         linear = linearise(plant, theta2)
-        how = (o.period, plant.step, integrator_of(plant), o.joint_damping)
+        how = (o.period, plant.step, plant.integrator, o.joint_damping)
         A, B = stepped_hold(linear, *how)
     else:
         linear = linearise(plant, theta2, o.joint_damping)

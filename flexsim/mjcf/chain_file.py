@@ -33,6 +33,13 @@ from flexsim.numerics.step_limits import RK4_LIMIT, fastest_decay, longest_rk4_s
 from flexsim.numerics.types import Array
 
 PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
+INTEGRATOR_NAMES = {
+    mujoco.mjtIntegrator.mjINT_RK4: "RK4",
+    mujoco.mjtIntegrator.mjINT_EULER: "Euler",
+    mujoco.mjtIntegrator.mjINT_IMPLICIT: "implicit",
+    mujoco.mjtIntegrator.mjINT_IMPLICITFAST: "implicitfast",
+    mujoco.mjtIntegrator.mjINT_DISCRETE: "discrete",
+}
 STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
     mujoco.mjtIntegrator.mjINT_RK4: RK4_LIMIT,
     mujoco.mjtIntegrator.mjINT_EULER: 2.0,
@@ -192,6 +199,19 @@ def mass_matrix(model: mujoco.MjModel, qpos: Array) -> Array:
 def stiffness_matrix(model: mujoco.MjModel) -> Array:
     """Return the diagonal matrix (nv, nv) of the joints' linear stiffnesses [N m/rad]."""
     return np.diag(model.jnt_stiffness)
+
+
+def motor_matrix(model: mujoco.MjModel) -> Array:
+    """Return S (nv, 2): the generalised forces of unit torques at the motors, their gears."""
+    S = np.zeros((model.nv, 2))
+    for i in range(2):
+        S[i, i] = model.actuator_gear[i, 0] * model.actuator_gainprm[i, 0]
+    return S
+
+
+def integrator_name(model: mujoco.MjModel) -> str:
+    """Return the integrator of a model as MJCF names it: RK4, Euler, implicitfast, ..."""
+    return INTEGRATOR_NAMES[mujoco.mjtIntegrator(model.opt.integrator)]
 
 
 def _bent_elbow(model: mujoco.MjModel, theta2: float) -> Array:

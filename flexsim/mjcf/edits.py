@@ -60,6 +60,14 @@ def with_motors(arm: Arm, I_m1: float | None, I_m2: float | None) -> Arm:
     return replace(arm, model=model)
 
 
+def without_damping(arm: Arm) -> Arm:
+    """Return a copy of a chain or rod with all damping of its joints and its flex zero."""
+    model = copy.copy(arm.model)
+    model.dof_damping[:] = 0.0
+    model.flex_damping[:] = 0.0
+    return replace(arm, model=model)
+
+
 def _load(model: mujoco.MjModel, body: int, place: Array, mass: float) -> None:
     """Add a point mass [kg] to a body, at a place (3,) in its frame [m]."""
     total = model.body_mass[body] + mass

@@ -1,17 +1,27 @@
-"""What the closed loop, studies and recordings ask of a plant, whichever model of the arm it is."""
+"""What the closed loop, studies and recordings ask of a plant, whichever model of the arm it is.
+
+>>> plant = Robot().plant("chain", setting("none"))
+>>> plant.step, plant.integrator, plant.linearised(1.2).M.shape
+
+Nobody asks for a plant's class: what differs between models is behind these names.
+"""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from numpy.typing import ArrayLike
 
 from flexsim.arm.parameters import Parameters
 from flexsim.numerics.types import Array
+from flexsim.plants.linear_plant import LinearPlant
 
-MODES_SHOWN = 3  # modal coordinates that the chain's shape is projected on
+if TYPE_CHECKING:
+    import mujoco
+
+MODES_SHOWN = 3  # modal coordinates that a chain's or rod's shape is projected on
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +37,9 @@ class Observation:
 
 
 class Plant(Protocol):
-    """What the closed loop, studies and recordings ask of a plant.
+    """A model of the arm: to be run, looked at, linearised, inverted.
 
+    A state is one array (2 m,): generalised positions, then their rates; theta1 and theta2 first.
     `running(threads)` gives coefficients that `flexsim.plants.dispatch` knows by their type.
     """
 
@@ -44,6 +55,18 @@ class Plant(Protocol):
     def step(self) -> float:
         """Physics step [s]."""
 
+    @property
+    def integrator(self) -> str:
+        """What takes the steps: one of `flexsim.numerics.step_limits.INTEGRATORS`."""
+
+    @property
+    def mjcf(self) -> str | None:
+        """Text of the plant's own MJCF file, None for equations."""
+
+    @property
+    def model(self) -> mujoco.MjModel | None:
+        """That file as MuJoCo compiled it, None for equations."""
+
     def running(self, threads: int) -> AbstractContextManager[Any]:
         """Give the coefficients for compiled code, alive as long as the block runs."""
 
@@ -52,3 +75,26 @@ class Plant(Protocol):
 
     def observe(self, states: Array, energy: bool = True) -> Observation:
         """Return what states (K, 2 m) look like; energy is nan where not wanted."""
+
+    def deflection(self, q: Array) -> tuple[Array, Array]:
+        """Return the tip along and across the hub's axis (K,), (K,) at positions (K, m) [m]."""
+
+    def linearised(self, theta2: float) -> LinearPlant:
+        """Return the plant about rest at theta2 [rad].
+
+        Raises:
+            ModelError: a file has dry friction, a limit or the like, named.
+        """
+
+    def needed_force(self, q: Array, w: Array, a: Array) -> Array:
+        """Return the generalised forces (K, m) that a motion needs: inverse dynamics.
+
+        Args:
+            q, w, a: (K, m) positions, rates, accelerations.
+
+        Raises:
+            ParameterError: the model has none.
+        """
+
+    def undamped(self) -> Self:
+        """Return the plant without friction at its joints or damping in its beam."""

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -17,11 +18,20 @@ from numpy.typing import ArrayLike
 from flexsim.arm.beam import mode_shapes
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
-from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.bodies import require_linear
+from flexsim.mjcf.chain_file import (
+    ChainModel,
+    integrator_name,
+    mass_matrix,
+    motor_matrix,
+    stiffness_matrix,
+)
 from flexsim.mjcf.designed import designed_chain
+from flexsim.mjcf.edits import without_damping
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
 
 
@@ -63,6 +73,21 @@ class ChainPlant:
         """Physics step, the file's timestep [s]."""
         return self.chain.step
 
+    @property
+    def integrator(self) -> str:
+        """What takes the steps, the file's `integrator`."""
+        return integrator_name(self.chain.model)
+
+    @property
+    def mjcf(self) -> str:
+        """Text of the MJCF file."""
+        return self.chain.text
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The file as MuJoCo compiled it."""
+        return self.chain.model
+
     @contextmanager
     def running(self, threads: int) -> Iterator[Chain]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
@@ -92,6 +117,44 @@ class ChainPlant:
             else np.full(len(states), np.nan),
             beam=in_world(c.L_R, theta, along, across),
         )
+
+    def deflection(self, q: Array) -> tuple[Array, Array]:
+        """Return the tip along and across the hub's axis (K,), (K,) at positions (K, nq) [m]."""
+        along, across = self.shape(q)
+        return along[:, -1], across[:, -1]
+
+    def linearised(self, theta2: float) -> LinearPlant:
+        """Return the plant about rest at theta2 [rad], all read from the compiled MJCF.
+
+        Raises:
+            ModelError: the file has dry friction, a limit or the like, named.
+        """
+        require_linear(self.chain, joint_springs=True)
+        model = self.chain.model
+        pose = self.rest_state((0.0, theta2))[: model.nq]
+        lever = np.cumsum(self.chain.lengths[::-1])[::-1]  # from each hinge to the tip
+        return LinearPlant(
+            mass_matrix(model, pose),
+            np.diag(model.dof_damping),
+            stiffness_matrix(model),
+            motor_matrix(model),
+            np.concatenate([[0.0, 0.0], lever]),
+            float(theta2),
+        )
+
+    def needed_force(self, q: Array, w: Array, a: Array) -> Array:
+        """Return the generalised forces (K, nv) that a motion needs; see `Plant`."""
+        model, force = self.chain.model, np.empty_like(q)
+        data = mujoco.MjData(model)
+        for k in range(len(q)):
+            data.qpos[:], data.qvel[:], data.qacc[:] = q[k], w[k], a[k]
+            mujoco.mj_inverse(model, data)
+            force[k] = data.qfrc_inverse
+        return force
+
+    def undamped(self) -> Self:
+        """Return the plant without friction at its joints or damping in its hinges."""
+        return replace(self, chain=without_damping(self.chain))
 
     def shape(self, states: Array) -> tuple[Array, Array]:
         """Return positions along and across the hub's axis (K, N+2) of clamp, hinges, tip [m]."""

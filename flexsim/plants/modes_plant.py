@@ -1,19 +1,15 @@
-"""Plants as objects: what studies hold, start, run and look into.
+"""The assumed-modes equations as a plant, stepped by RK4.
 
-    >>> from flexsim import AssumedModesPlant, ChainPlant, Parameters
-    >>> plant = AssumedModesPlant(Parameters(), modes=3, step=1e-3)
-
-All have the same attributes: `name`, `step` [s], `parameters`, `running(threads)`,
-`rest_state(theta)` and `observe(states)`.
+>>> plant = AssumedModesPlant(Parameters(), modes=3, step=1e-3)
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,13 +21,21 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.edits import without_damping
 from flexsim.numerics.step_limits import POSES, fastest_decay, halved, longest_rk4_step
 from flexsim.numerics.types import Array
-from flexsim.plants import assumed_modes, printed
+from flexsim.plants import assumed_modes
 from flexsim.plants.assumed_modes import AssumedModes
 from flexsim.plants.base import Observation
 from flexsim.plants.chain_as_modes import modes_of_chain, vibration
-from flexsim.plants.printed import PrintedModes
+from flexsim.plants.linear_plant import LinearPlant
+from flexsim.plants.printed import (
+    AS_PRINTED,
+    SQUARE_46,
+    PrintedModes,
+    printed_forces,
+    printed_modes,
+)
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
 SHORTEST_STEP = 1e-6  # [s] at which frequencies are asked for
@@ -44,6 +48,7 @@ class AssumedModesPlant:
     Attributes:
         parameters: the robot; modes: n, 0 for a rigid second link; step: physics step [s].
         form: 'consistent' or 'printed'.
+        misprints: of the printed form, the sum of the switches of `flexsim.plants.printed`.
         chain: an MJCF file whose own modes and masses take the place of the parameters' beam.
 
     Raises:
@@ -57,6 +62,11 @@ class AssumedModesPlant:
     form: str = "consistent"
     name: str = "assumed-modes"
     chain: ChainModel | None = None
+    misprints: int = AS_PRINTED
+
+    integrator = "RK4"
+    mjcf = None
+    model = None
 
     def __post_init__(self) -> None:
         if self.form not in ("consistent", "printed"):
@@ -82,6 +92,11 @@ class AssumedModesPlant:
             ParameterError, ModelError: as the plant itself.
         """
         return cls(parameters_of(chain), modes, chain=chain, **more)
+
+    @property
+    def printed(self) -> bool:
+        """Whether the equations are the paper's as printed, or with chosen misprints."""
+        return self.form == "printed"
 
     @cached_property
     def coefficients(self) -> AssumedModes:
@@ -128,7 +143,7 @@ class AssumedModesPlant:
     def running(self, threads: int) -> Iterator[AssumedModes | PrintedModes]:
         """Give the coefficients for compiled code."""
         consistent = self.coefficients
-        yield printed.printed_modes(consistent) if self.form == "printed" else consistent
+        yield printed_modes(consistent, self.misprints) if self.printed else consistent
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 (n+2),) at rest at joint angles (2,) [rad], beam straight."""
@@ -140,20 +155,51 @@ class AssumedModesPlant:
         """Return what states (K, 2 (n+2)) look like; energy is nan where not wanted."""
         p, n = self.coefficients, self.modes
         eta = states[:, 2 : 2 + n]
-        v = eta @ p.tip
-        shortening = -np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2
+        reached, v = self.deflection(states[:, : 2 + n])
         along, shapes = self.drawn
         across = eta @ shapes.T  # (K, P)
         return Observation(
             joint=states[:, :2].copy(),
             v=v,
-            tip=tip_position(self.parameters, states[:, :2], v, shortening),
+            tip=tip_position(self.parameters, states[:, :2], v, reached - p.reach),
             modal=eta.copy(),
             energy=assumed_modes.energy(p, states) if energy else np.full(len(states), np.nan),
             beam=in_world(
                 self.parameters.L_R, states[:, :2], np.broadcast_to(along, across.shape), across
             ),
         )
+
+    def deflection(self, q: Array) -> tuple[Array, Array]:
+        """Return the tip along and across the hub's axis (K,), (K,) at positions (K, n+2) [m]."""
+        p, eta = self.coefficients, q[:, 2:]
+        return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
+
+    def linearised(self, theta2: float) -> LinearPlant:
+        """Return the plant about rest at theta2 [rad]."""
+        p, m = self.coefficients, self.modes + 2
+        pose = np.zeros(m)
+        pose[1] = theta2
+        D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
+        if self.printed and self.misprints & SQUARE_46:  # theta1' for its square stays at rest
+            D[2:, 0] = p.L_R * np.sin(theta2) * p.P
+        K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
+        S = np.zeros((m, 2))
+        S[0, 0], S[1, 1] = p.r_1, p.r_2
+        tip = np.concatenate([[0.0, 0.0], p.tip])
+        return LinearPlant(assumed_modes.mass_matrix(p, pose), D, K, S, tip, float(theta2))
+
+    def needed_force(self, q: Array, w: Array, a: Array) -> Array:
+        """Return the generalised forces (K, n+2) that a motion needs; see `Plant`."""
+        switches = self.misprints if self.printed else 0  # none: the consistent equations
+        force = np.empty_like(q)
+        printed_forces(printed_modes(self.coefficients, switches), q, w, a, force)
+        return force
+
+    def undamped(self) -> Self:
+        """Return the plant without friction at its joints, nor damping in a file's hinges."""
+        free = replace(self.parameters, F_1=0.0, F_2=0.0)
+        chain = None if self.chain is None else without_damping(self.chain)
+        return replace(self, parameters=free, chain=chain)
 
 
 def stable_modes_step(parameters: Parameters, modes: int, chain: ChainModel | None = None) -> float:

@@ -159,6 +159,19 @@ def printed_acceleration(
     a[:] = np.linalg.solve(printed_mass(p, q), right)
 
 
+@jit
+def printed_forces(p: PrintedModes, q: Array, w: Array, a: Array, force: Array) -> None:
+    """Write the generalised forces (K, n+2) that a motion needs: inverse dynamics, joints free.
+
+    Args:
+        q, w, a: (K, n+2) positions, rates and accelerations.
+    """
+    free, work = np.empty(q.shape[1]), np.empty(q.shape[1] - 2)
+    for k in range(q.shape[0]):
+        printed_acceleration(p, q[k], w[k], 0.0, 0.0, free, work)
+        force[k] = printed_mass(p, q[k]) @ (a[k] - free)
+
+
 def scaled_mass(H: Array, r_1: float, r_2: float) -> Array:
     """Return H (n+2, n+2) with the transmission relations of (36)-(40) written in."""
     scale = np.ones(len(H))

@@ -21,20 +21,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.arm.beam import mode_shapes
+from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.mjcf.bodies import require_linear
+from flexsim.mjcf.chain_file import integrator_name, mass_matrix, motor_matrix
 from flexsim.mjcf.designed import designed_rod
-from flexsim.mjcf.rod_file import RodModel
+from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.rod_file import RodModel, moving_across, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Rod, Workspaces
 
 GAUSS_POINTS = 12  # to an element: modes 1 to 3 times a line, to rounding
@@ -75,6 +82,21 @@ class RodPlant:
         """Physics step, the file's timestep [s]."""
         return self.rod.step
 
+    @property
+    def integrator(self) -> str:
+        """What takes the steps, the file's `integrator`."""
+        return integrator_name(self.rod.model)
+
+    @property
+    def mjcf(self) -> str:
+        """Text of the MJCF file."""
+        return self.rod.text
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The file as MuJoCo compiled it."""
+        return self.rod.model
+
     @contextmanager
     def running(self, threads: int) -> Iterator[Rod]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
@@ -94,7 +116,7 @@ class RodPlant:
         L_R, theta = self.rod.L_R, states[:, :2]
         points = self.shape(states)  # (K, N+2, 2)
         across = points[:, :, 1]
-        beam = _in_world(L_R, theta, points)
+        beam = in_world(L_R, theta, points[:, :, 0], across)
         return Observation(
             joint=theta.copy(),
             v=across[:, -1].copy(),
@@ -103,6 +125,50 @@ class RodPlant:
             energy=self.energies(states) if energy else np.full(len(states), np.nan),
             beam=beam,
         )
+
+    def deflection(self, q: Array) -> tuple[Array, Array]:
+        """Return the tip along and across the hub's axis (K,), (K,) at positions (K, nq) [m]."""
+        return self.rod.reach + q[:, -2], q[:, -1].copy()
+
+    def linearised(self, theta2: float) -> LinearPlant:
+        """Return the plant about rest at theta2 [rad]: joints, and the vertices' motions across.
+
+        Along the rod its edges, of constant length, leave a vertex nothing to first order.
+
+        Raises:
+            ModelError: the file has dry friction, a limit or the like, named.
+        """
+        require_linear(self.rod, joint_springs=True)
+        model = self.rod.model
+        moving = moving_across(model)
+        take = np.ix_(moving, moving)
+        pose = self.rest_state((0.0, theta2))[: model.nq]
+        tip = np.zeros(len(moving))
+        tip[-1] = 1.0
+        return LinearPlant(
+            mass_matrix(model, pose)[take],
+            np.diag(model.dof_damping[moving]),
+            rod_stiffness(model)[take],
+            motor_matrix(model)[moving],
+            tip,
+            float(theta2),
+            moving,
+        )
+
+    def needed_force(self, q: Array, w: Array, a: Array) -> Array:
+        """Refuse: the constraints that hold the rod's edges have no unique inverse.
+
+        Raises:
+            ParameterError: always.
+        """
+        raise ParameterError(
+            f"plant {self.name!r} has no inversion of its tip; take that of the assumed modes or "
+            "of the chain"
+        )
+
+    def undamped(self) -> Self:
+        """Return the plant without friction at its joints or damping in its vertices."""
+        return replace(self, rod=without_damping(self.rod))
 
     def shape(self, states: Array) -> Array:
         """Return clamp and vertices (K, N+2, 2) along and across the hub's axis, from joint 2 [m].
@@ -161,16 +227,3 @@ class RodPlant:
         curved = 2 * cross / (length[:, :-1] * length[:, 1:] + (a * b).sum(axis=2))  # (K, N)
         energies: Array = curved**2 @ self.rod.bending
         return energies
-
-
-def _in_world(L_R: float, theta: Array, points: Array) -> Array:
-    """Return world positions (K, P, 2) [m] of points (K, P, 2) given in the hub's frame."""
-    first, second = theta[:, :1], theta[:, :1] + theta[:, 1:2]
-    along, across = points[..., 0], points[..., 1]
-    return np.stack(
-        [
-            L_R * np.cos(first) + along * np.cos(second) - across * np.sin(second),
-            L_R * np.sin(first) + along * np.sin(second) + across * np.cos(second),
-        ],
-        axis=-1,
-    )

@@ -21,21 +21,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
-from flexsim.linear.linearise import LinearPlant, linearise
+from flexsim.linear.linearise import linearise
 from flexsim.loop.friction import Friction
 from flexsim.loop.trajectories import Reference
-from flexsim.numerics.jit import jit
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
-from flexsim.plants import printed
 from flexsim.plants.base import Plant
-from flexsim.plants.chain_plant import ChainPlant
-from flexsim.plants.modes_plant import AssumedModesPlant
+from flexsim.plants.linear_plant import LinearPlant
 from flexsim.shaping.feedforward import Filters, dithered_torque, errors_for, motor_torque
 
 REST = 0.6  # [s] of rest put before and after, e^(-54 x 0.6) = 1e-14
@@ -121,21 +117,18 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
     Raises:
         ParameterError: the inversion does not exist or does not converge.
     """
-    if not isinstance(plant, AssumedModesPlant | ChainPlant):
-        raise ParameterError(
-            f"plant {plant.name!r} has no inversion of its tip; take that of the assumed modes or "
-            "of the chain"
-        )
     h = float(reference.time[1] - reference.time[0])
     pad = math.ceil(rest / h)
     tip = np.pad(reference.tip, ((pad, pad), (0, 0)), mode="edge")  # (K, 2)
+    at_rest = np.zeros((1, len(plant.rest_state((0.0, 0.0))) // 2))
+    plant.needed_force(at_rest, at_rest, at_rest)  # refuses a plant without an inverse
     linear = linearise(plant)
     inverse = _inverse_response(linear, plant, len(tip), h)
     bend: Array = np.zeros((len(tip), len(linear.M) - 2))
     change = math.inf
     for _ in range(ITERATIONS):
         q = _on_path(plant, reference, tip, bend)
-        force = _needed_force(plant, q, *_rates(q, h))
+        force = plant.needed_force(q, *_rates(q, h))
         step = _filtered(inverse, -force[:, 2:])
         bend = bend + step
         change = float(np.abs(step @ linear.tip[2:]).max())
@@ -147,19 +140,9 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
             "trajectory is too fast for this beam; give it more time"
         )
     q = _on_path(plant, reference, tip, bend)
-    torque: Array = _needed_force(plant, q, *_rates(q, h))[:, :2] / np.diag(linear.S[:2])
+    torque: Array = plant.needed_force(q, *_rates(q, h))[:, :2] / np.diag(linear.S[:2])
     time: Array = h * (np.arange(len(q), dtype=float) - pad)
-    return TrueTipMotion(time, q, _deflection(plant, q)[1], torque, change)
-
-
-def _deflection(plant: Plant, q: Array) -> tuple[Array, Array]:
-    """Return the tip along and across the hub's axis (K,), (K,) at positions (K, m) [m]."""
-    if isinstance(plant, ChainPlant):
-        along, across = plant.shape(q)
-        return along[:, -1], across[:, -1]
-    assert isinstance(plant, AssumedModesPlant)  # as `true_tip_motion` has made sure
-    p, eta = plant.coefficients, q[:, 2:]
-    return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
+    return TrueTipMotion(time, q, plant.deflection(q)[1], torque, change)
 
 
 def _on_path(plant: Plant, reference: Reference, tip: Array, bend: Array) -> Array:
@@ -169,7 +152,7 @@ def _on_path(plant: Plant, reference: Reference, tip: Array, bend: Array) -> Arr
     """
     L_R = plant.parameters.L_R
     q = np.hstack([np.zeros_like(tip), bend])
-    along, v = _deflection(plant, q)
+    along, v = plant.deflection(q)
     chord = np.hypot(along, v)
     cosine = (np.sum(tip * tip, axis=1) - L_R**2 - chord**2) / (2 * L_R * chord)
     if not (np.abs(cosine) < 1).all():
@@ -190,33 +173,6 @@ def _rates(q: Array, h: float) -> tuple[Array, Array]:
     """Return first and second central differences (K, m) of positions at rest at both ends."""
     ends = np.pad(q, ((1, 1), (0, 0)), mode="edge")
     return (ends[2:] - ends[:-2]) / (2 * h), (ends[2:] - 2 * q + ends[:-2]) / h**2
-
-
-def _needed_force(plant: Plant, q: Array, w: Array, a: Array) -> Array:
-    """Return the generalised forces (K, m) that a motion needs; those on the beam must vanish."""
-    force = np.empty_like(q)
-    if isinstance(plant, ChainPlant):
-        model = plant.chain.model
-        data = mujoco.MjData(model)
-        for k in range(len(q)):
-            data.qpos[:], data.qvel[:], data.qacc[:] = q[k], w[k], a[k]
-            mujoco.mj_inverse(model, data)
-            force[k] = data.qfrc_inverse
-        return force
-    assert isinstance(plant, AssumedModesPlant)
-    misprints = printed.AS_PRINTED if plant.form == "printed" else 0  # none: the consistent form
-    modes = printed.printed_modes(plant.coefficients, misprints)
-    _modes_forces(modes, q, w, a, force)
-    return force
-
-
-@jit
-def _modes_forces(p: printed.PrintedModes, q: Array, w: Array, a: Array, force: Array) -> None:
-    """Write the generalised forces (K, m) that a motion of the assumed modes needs."""
-    free, work = np.empty(q.shape[1]), np.empty(q.shape[1] - 2)
-    for k in range(q.shape[0]):
-        printed.printed_acceleration(p, q[k], w[k], 0.0, 0.0, free, work)
-        force[k] = printed.printed_mass(p, q[k]) @ (a[k] - free)
 
 
 def tip_zeros(linear: LinearPlant, reach: float) -> NDArray[np.complex128]:

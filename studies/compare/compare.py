@@ -31,7 +31,6 @@ from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
 from flexsim.numerics.clocks import whole_substeps
 from flexsim.plants.base import Plant
-from flexsim.plants.chain_plant import ChainPlant
 from flexsim.recording.case import Case
 from flexsim.recording.traces import CHAIN
 from flexsim.robot import Robot
@@ -276,17 +275,17 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
 
 def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:
     """Return the compiled model of the plant 'chain', if it is there."""
-    chains = [plant for plant in plants if isinstance(plant, ChainPlant) and plant.name == CHAIN]
-    return chains[0].chain.model if chains else None
+    return next((plant.model for plant in plants if plant.name == CHAIN), None)
 
 
 def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str, str]:
-    """Return the MJCF of every designed chain by file name; a robot's own file is kept apart."""
+    """Return the MJCF of every plant that has one, by file name; a robot's file is kept apart."""
+    kept = robot.given.text if robot.given is not None else None
     return {
-        f"{plant.name.replace(':', '')}_{name}.xml": plant.chain.text
+        f"{plant.name.replace(':', '')}_{name}.xml": plant.mjcf
         for name, every in plants.items()
         for plant in every
-        if isinstance(plant, ChainPlant) and robot.file is None
+        if plant.mjcf is not None and plant.mjcf != kept
     }
 
 

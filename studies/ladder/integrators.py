@@ -25,18 +25,14 @@ import numpy as np
 from scipy.linalg import eigh
 
 from flexsim.errors import DivergenceError
-from flexsim.linear.linearise import linearise
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
-from flexsim.mjcf.rod_file import rod_frequencies
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
-from flexsim.plants.rod_plant import RodPlant
-from studies.parity.crosscheck import without_damping
 from studies.parity.motions import BRISK, POSE, trial_torque
 
 INTEGRATORS = {
@@ -61,16 +57,12 @@ def frequencies(plant: Plant) -> tuple[Array, Array]:
 
     About the straight arm; nan where the plant has no such mode.
     """
-    if isinstance(plant, RodPlant):
-        model = plant.rod.model
-        found = rod_frequencies(model), rod_frequencies(model, locked=False)[2:]
-    else:
-        linear = linearise(plant, 0.0)
-        M, K = linear.M, linear.K
-        if len(M) == 2:
-            return np.full(MODES, np.nan), np.full(MODES, np.nan)
-        squared = eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True), eigh(K, M, eigvals_only=True)[2:]
-        found = np.sqrt(squared[0]), np.sqrt(squared[1])
+    linear = plant.linearised(0.0)
+    M, K = linear.M, linear.K
+    if len(M) == 2:
+        return np.full(MODES, np.nan), np.full(MODES, np.nan)
+    squared = eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True), eigh(K, M, eigvals_only=True)[2:]
+    found = np.sqrt(squared[0]), np.sqrt(squared[1])
     first, second = (
         np.pad(omega[:MODES], (0, max(0, MODES - len(omega))), constant_values=np.nan)
         for omega in found
@@ -179,7 +171,7 @@ def free_drift(plant: ChainPlant, duration: float) -> float:
     Raises:
         DivergenceError: the motion runs away.
     """
-    free = replace(plant, chain=without_damping(plant.chain))
+    free = plant.undamped()
     state = free.rest_state(POSE)
     state[len(state) // 2 :][:2] = BRISK
     still = np.zeros((round(duration / HOLD), 2))

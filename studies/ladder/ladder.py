@@ -36,7 +36,6 @@ from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.robot import Robot
 from studies.core.carry_out import carried_out
 from studies.core.folder import to_json, write_config
@@ -75,7 +74,7 @@ TASK, READING = "circle", "print"  # closed loop: the path, its controllers, fri
 SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digit does
 QUICK_ROUNDS = 3
 SEED = 1  # of these
-CHEAP = 20  # controllers in turn, where one run is too short to time
+CHEAP = 20  # controllers in turn where there is no MuJoCo: one run is too short to time
 TIMED, QUICK_TIMED = 1.0, 0.2  # [s] of the path that are timed
 MODES = 3
 
@@ -213,8 +212,7 @@ def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
     whole = reference(trajectory(TASK), plant.parameters)
     kept = whole.time <= seconds
     ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
-    cheap = isinstance(plant, AssumedModesPlant) and plant.form == "consistent"
-    filters = [TUNED[TASK].filters(1e-3)] * (CHEAP if cheap else 1)
+    filters = [TUNED[TASK].filters(1e-3)] * (CHEAP if plant.mjcf is None else 1)
 
     def once() -> float:
         ends = evaluate(plant, setting(READING), ref, filters, threads=1).diverged

@@ -12,8 +12,7 @@ H is singular, which is all that their row says; they are read as 3 <= j <= n+2 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,14 +30,14 @@ from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
-from flexsim.plants.printed import AS_PRINTED, MISPRINTS, PrintedModes, printed_mass, printed_modes
+from flexsim.plants.printed import AS_PRINTED, MISPRINTS, printed_mass, printed_modes
 from flexsim.robot import Robot
 from studies.core.carry_out import carried_out
 from studies.core.folder import to_json, write_config, write_rows
 from studies.core.options import RobotOptions
 from studies.core.repeats import perturbed
 from studies.misprints.report import LEGEND, energy_figure, table, tip_figure, verdict
-from studies.parity.crosscheck import tip_difference, undamped
+from studies.parity.crosscheck import tip_difference
 from studies.parity.motions import BRISK, GENTLE, POSE, trial_torque
 
 PERIOD = 1e-3  # [s] control period of the paper
@@ -89,23 +88,6 @@ class MisprintsConfig(RobotOptions):
         return QUICK_RUNS if self.quick else self.perturbations
 
 
-@dataclass(frozen=True)
-class MisprintedPlant(AssumedModesPlant):
-    """The printed equations with chosen misprints.
-
-    Attributes:
-        misprints: sum of the switches of `flexsim.plants.printed`; 0 is the consistent model.
-    """
-
-    form: str = "printed"
-    misprints: int = AS_PRINTED
-
-    @contextmanager
-    def running(self, threads: int) -> Iterator[PrintedModes]:
-        """Give the coefficients for compiled code."""
-        yield printed_modes(self.coefficients, self.misprints)
-
-
 @dataclass(frozen=True, eq=False)
 class MisprintsResult:
     """A row per variant, the details it is the worst of, and energy's relative changes (K,)."""
@@ -117,12 +99,10 @@ class MisprintsResult:
 
 def misprinted(
     robot: Robot, misprints: int, modes: int = 3, step: float | None = None
-) -> MisprintedPlant:
+) -> AssumedModesPlant:
     """Return a robot's plant with chosen misprints."""
     usual = robot.modes_plant(None, modes, step)
-    return MisprintedPlant(
-        usual.parameters, modes, usual.step, chain=usual.chain, misprints=misprints
-    )
+    return replace(usual, form="printed", misprints=misprints)
 
 
 def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Array:
@@ -131,7 +111,7 @@ def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Arr
     Args:
         robot: as named. misprints: switches; start: a key of STARTS; modes: n.
     """
-    plant = undamped(misprinted(robot, misprints, modes, FREE_STEP))
+    plant = misprinted(robot, misprints, modes, FREE_STEP).undamped()
     rates, eta_1 = STARTS[start]
     state = plant.rest_state(POSE)
     state[2] = eta_1
@@ -143,7 +123,7 @@ def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Arr
 
 
 def driven_details(
-    name: str, plant: MisprintedPlant, chains: dict[tuple[str, float], Motion]
+    name: str, plant: AssumedModesPlant, chains: dict[tuple[str, float], Motion]
 ) -> list[dict[str, Any]]:
     """Return the rms tip difference [m] to the chain and to the consistent equations, open loop.
 
@@ -193,7 +173,7 @@ def apart(first: Array | None, second: Array | None) -> float:
 
 
 def tracking_details(
-    name: str, plant: MisprintedPlant, config: MisprintsConfig
+    name: str, plant: AssumedModesPlant, config: MisprintsConfig
 ) -> list[dict[str, Any]]:
     """Return medians in closed loop: envelopes, rms distance to the consistent model's run [m].
 

@@ -6,9 +6,8 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,9 +18,10 @@ from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
-from flexsim.mjcf.chain_file import ChainModel, mass_matrix, stiffness_matrix
+from flexsim.mjcf.chain_file import mass_matrix, stiffness_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants import assumed_modes
+from flexsim.plants.base import Plant
 from flexsim.plants.chain_as_modes import vibration
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -31,7 +31,6 @@ from studies.core.options import RobotOptions, print_differences
 from studies.parity.modes import compared, source_of
 from studies.parity.motions import BRISK, DURATION, GENTLE, POSE, trial_torque
 
-SomeModes = TypeVar("SomeModes", bound=AssumedModesPlant)
 CLAMPED_LIMIT = 1e-9  # relative: the design tunes these to rounding
 CHAIN_ENERGY_LIMIT = 1e-6  # relative drift over 2 s; RK4 at 1 ms damps the highest modes
 FAILED = 1  # the shell's status
@@ -211,7 +210,7 @@ def driven_rungs(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) ->
     return rungs
 
 
-def energy_drift(plant: AssumedModesPlant | ChainPlant, rates: tuple[float, float]) -> float:
+def energy_drift(plant: Plant, rates: tuple[float, float]) -> float:
     """Return the largest relative change of energy in 2 s of free, unforced motion.
 
     The plant's joints must be frictionless; it starts at POSE with joint rates [rad/s], beam
@@ -226,9 +225,9 @@ def energy_drift(plant: AssumedModesPlant | ChainPlant, rates: tuple[float, floa
 
 def energy_rungs(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -> list[Rung]:
     """Return drifts of energy in free, undamped motion: consistent, printed, chain."""
-    consistent = undamped(modes)
+    consistent = modes.undamped()
     printed = replace(consistent, form="printed")
-    chain = ChainPlant(chain.parameters, without_damping(chain.chain))
+    chain = chain.undamped()
     step = f"step {1e3 * chain.step:g} ms"
     return [
         _rung(
@@ -246,20 +245,6 @@ def energy_rungs(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) ->
         _rung("  printed equations, brisk (stated)", energy_drift(printed, BRISK)),
         _rung(f"  chain, brisk, {step} (stated)", energy_drift(chain, BRISK)),
     ]
-
-
-def undamped(plant: SomeModes) -> SomeModes:
-    """Return assumed modes without friction at the joints, nor damping in a file's hinges."""
-    free = replace(plant.parameters, F_1=0.0, F_2=0.0)
-    chain = None if plant.chain is None else without_damping(plant.chain)
-    return replace(plant, parameters=free, chain=chain)
-
-
-def without_damping(chain: ChainModel) -> ChainModel:
-    """Return a copy of the chain with all joint damping zero."""
-    model = copy.copy(chain.model)
-    model.dof_damping[:] = 0.0
-    return replace(chain, model=model)
 
 
 def command(config: CrosscheckConfig) -> None:

@@ -27,7 +27,6 @@ from flexsim.loop.runs import closed_loop
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
-from flexsim.plants.chain_plant import ChainPlant
 from studies.compare.compare import CASES, summary
 from studies.core.carry_out import carried_out
 from studies.core.figures import paper_envelopes
@@ -288,7 +287,7 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
         for scenario in scenarios
         for path in TRAJECTORIES
     ]
-    (mjcf,) = (plant.chain.text for plant, _ in scenarios if isinstance(plant, ChainPlant))
+    (mjcf,) = (plant.mjcf for plant, _ in scenarios if plant.mjcf is not None)
     return TablesResult(rows, [each.row for each in found], ratios(rows), mjcf)
 
 

@@ -24,7 +24,6 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
-from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
 from studies.core.options import ROBOT_FILE, print_differences
 from studies.tuning import record as tune_folder
@@ -153,11 +152,11 @@ def tuning_of(config: TuneConfig) -> Tuning:
 def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
     """Return what a run keeps beside its configuration: MJCF and perturbed robots, by file name."""
     texts = {}
-    chains = [plant for plant, _ in problem.scenarios if isinstance(plant, ChainPlant)]
+    own = [plant.mjcf for plant, _ in problem.scenarios if plant.mjcf is not None]
     if robot.given is not None:
         texts[ROBOT_FILE] = robot.given.text
-    elif chains:
-        texts["chain.xml"] = chains[0].chain.text
+    elif own:
+        texts["chain.xml"] = own[0]
     if tuning.perturb:
         lines = [",".join(map(repr, each)) for each in perturbations(tuning)]
         texts["robots.csv"] = "\n".join([",".join(Perturbation._fields), *lines, ""])

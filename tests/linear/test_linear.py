@@ -8,7 +8,7 @@ import pytest
 
 from flexsim import ModelError, ParameterError, Parameters
 from flexsim.arm.free_arm import joint_free_frequencies
-from flexsim.linear.linearise import integrator_of, linearise, stepped_hold, zero_order_hold
+from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.loop.friction import Friction
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import Setting, setting
@@ -108,7 +108,7 @@ def test_other_integrators_are_held_as_they_step(name: str) -> None:
     plant = ChainPlant(PARAMETERS, load_chain(text=text))
     linear = linearise(plant, 1.2)
     measured = one_period(plant, 1.2)
-    found = stepped_hold(linear, PERIOD, plant.step, integrator_of(plant))
+    found = stepped_hold(linear, PERIOD, plant.step, plant.integrator)
     assert mismatch(found[0], measured[0]) < AGREEMENT
     assert mismatch(found[1], measured[1]) < AGREEMENT
     assert mismatch(stepped_hold(linear, PERIOD, plant.step)[0], measured[0]) > 100 * AGREEMENT

@@ -9,7 +9,7 @@ from trial_controllers import TRIAL
 
 from controllers import TUNED
 from flexsim import ParameterError, Parameters
-from flexsim.linear.linearise import LinearPlant, linearise, zero_order_hold
+from flexsim.linear.linearise import linearise, zero_order_hold
 from flexsim.loop.friction import Friction
 from flexsim.loop.metrics import measures
 from flexsim.loop.runs import closed_loop, drive
@@ -17,6 +17,7 @@ from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, Trajectory, reference, trajectory
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.shaping import feedforward
 from flexsim.shaping.feedforward import Filters, dead_zone_error

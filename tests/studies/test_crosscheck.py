@@ -12,6 +12,7 @@ import pytest
 from edits import DEFAULT, EDITS
 
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, load_chain
+from flexsim.mjcf.edits import without_damping
 from studies.main import main
 from studies.parity.crosscheck import (
     CHAIN_ENERGY_LIMIT,
@@ -23,7 +24,6 @@ from studies.parity.crosscheck import (
     energy_drift,
     run,
     tip_difference,
-    without_damping,
 )
 from studies.parity.motions import BRISK, GENTLE, trial_torque
 

@@ -15,7 +15,6 @@ from studies.misprints.misprints import (
     RANGES,
     STARTS,
     VARIANTS,
-    MisprintedPlant,
     MisprintsConfig,
     apart,
     free_motion,
@@ -30,7 +29,7 @@ CONSERVED = 1e-11  # relative over 2 s at 0.25 ms; RK4 leaves 2e-13 from a strai
 BENT = 1e-7  # the same from a bent beam, whose third mode RK4 damps: 2.7e-8
 DRIFT_46 = 1e-5  # of (46) alone in brisk motion: 3.0e-5
 ROUNDING = 1e-9  # [m] of the tip over 2 s; a dense solve against a 2x2 one
-PLANT = MisprintedPlant(Parameters())
+PLANT = AssumedModesPlant(Parameters(), form="printed")
 
 
 @pytest.mark.parametrize(("start", "limit"), [("gentle", CONSERVED), ("bent", BENT)])
@@ -46,7 +45,11 @@ def test_every_misprint_alone_makes_energy_from_a_bent_beam() -> None:
 
 def test_switches_reach_the_plant() -> None:
     motions = {
-        name: drive(MisprintedPlant(Parameters(), misprints=bits), setting("none"), trial_torque(4))
+        name: drive(
+            AssumedModesPlant(Parameters(), form="printed", misprints=bits),
+            setting("none"),
+            trial_torque(4),
+        )
         for name, bits in VARIANTS.items()
     }
     consistent = drive(AssumedModesPlant(Parameters()), setting("none"), trial_torque(4))
@@ -63,7 +66,9 @@ def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None
     circle = reference(trajectory("circle"), Parameters())
     controllers = [TUNED["circle"]]
     (right,) = tracked(AssumedModesPlant(Parameters()), "none", circle, controllers)
-    (none,) = tracked(MisprintedPlant(Parameters(), misprints=0), "none", circle, controllers)
+    (none,) = tracked(
+        AssumedModesPlant(Parameters(), form="printed", misprints=0), "none", circle, controllers
+    )
     (wrong,) = tracked(PLANT, "none", circle, controllers)
     assert apart(right, none) < ROUNDING
     assert apart(right, wrong) > 1e-3
