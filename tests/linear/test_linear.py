@@ -165,7 +165,8 @@ def test_an_edited_file_is_what_is_linearised() -> None:
     chain = ChainPlant.designed(PARAMETERS)
     text = chain.chain.text.replace('gear="1"', 'gear="3"')
     edited = ChainPlant(PARAMETERS, load_chain(text=text))
-    assert linearise(edited).B == pytest.approx(3 * linearise(chain).B)
+    tripled = 3 * linearise(chain).B  # a torque's effect on the far hinges is zero but for rounding
+    assert linearise(edited).B == pytest.approx(tripled, abs=ROUNDING * np.abs(tripled).max())
 
 
 def test_numbers_that_cannot_be_used_are_refused(modes_plant: AssumedModesPlant) -> None:
