@@ -69,13 +69,13 @@ class LoopOptions:
 def small_signal(friction: Friction) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return (torque_gain, joint_damping) of a friction law beyond its dead zone, joints moving.
 
-    Under 'print' the torque's slope is mu; under 'joint' the torque passes, less mu times the
+    Under 'jump' the torque's slope is mu; under 'opposing' the torque passes, less mu times the
     joint's velocity. Coulomb friction and torque limits have no slope there.
 
     Source: (47), Table 4.
     """
     one, none = (1.0, 1.0), (0.0, 0.0)
-    return {"none": (one, none), "print": (friction.mu, none), "joint": (one, friction.mu)}[
+    return {"none": (one, none), "jump": (friction.mu, none), "opposing": (one, friction.mu)}[
         friction.law
     ]
 

@@ -1,7 +1,7 @@
 """What happens to a commanded torque before it moves a joint: limit, dead zone, friction.
 
-Two readings of the paper's friction, (47) and Table 4: `print`, where (47) acts on the torque
-as printed, and `joint`, where the same numbers oppose the joint's motion. The law is evaluated
+Two readings of the paper's friction, (47) and Table 4: `jump`, where (47) acts on the torque
+as printed, and `opposing`, where the same numbers oppose the joint's motion. The law is evaluated
 once per physics step and its torque held over the step, alike on both plants.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.numerics.jit import jit
 
-LAWS = ("none", "print", "joint")
+LAWS = ("none", "jump", "opposing")
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class Friction:
     """Joint friction and torque limits; the defaults are Table 4's numbers.
 
     Attributes:
-        law: 'none' (torque as commanded), 'print' ((47) on the torque) or 'joint' (Coulomb and
+        law: 'none' (torque as commanded), 'jump' ((47) on the torque) or 'opposing' (Coulomb and
             viscous friction opposing the joint's velocity).
         dead_zone: ((low, high), (low, high)) per joint [N m]: torques inside produce none.
-        tau_0: Coulomb friction per joint [N m]. mu: slope per joint [-] under 'print',
-            [N m s/rad] under 'joint'.
-        speed: velocity that smooths the sign under 'joint', tanh(w/speed) [rad/s]; *assumed*.
+        tau_0: Coulomb friction per joint [N m]. mu: slope per joint [-] under 'jump',
+            [N m s/rad] under 'opposing'.
+        speed: velocity that smooths the sign under 'opposing', tanh(w/speed) [rad/s]; *assumed*.
         torque_limit: largest torque per joint, before the dead zone [N m]; *assumed*.
 
     Raises:

@@ -2,7 +2,7 @@
 
 >>> from flexsim.loop.settings import setting
 >>> setting("print").friction.law
-'print'
+'jump'
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ SETTINGS = {
     item.name: item
     for item in (
         Setting("none", Friction("none"), "no friction but F, no torque limit"),
-        Setting("print", Friction("print"), "(47) on the torque as printed, no torque limit"),
-        Setting("joint", Friction("joint"), "Table 4's friction opposing the joints' motion"),
+        Setting("print", Friction("jump"), "(47) on the torque as printed, no torque limit"),
+        Setting("joint", Friction("opposing"), "Table 4's friction opposing the joints' motion"),
         Setting(
             "reconstructed",
-            Friction("joint", torque_limit=(9.83, 4.29)),
+            Friction("opposing", torque_limit=(9.83, 4.29)),
             "a fit under which Table 2 is bounded: 'joint', torque limits, motor 2 (assumed)",
             I_m2=0.0557,
         ),

@@ -18,7 +18,7 @@ from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
 from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
 from flexsim.plants.printed import PrintedModes, printed_acceleration
 
-Compiled = AssumedModes | PrintedModes | Chain | Rod
+Coefficients = AssumedModes | PrintedModes | Chain | Rod
 
 
 @jit
@@ -73,7 +73,7 @@ _TIPS: dict[type, Callable[..., Any]] = {
 
 
 def physics_step(
-    plant: Compiled, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
+    plant: Coefficients, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
 ) -> None:
     """Advance a plant's state by one physics step with the joint torques held [N m].
 
@@ -84,7 +84,7 @@ def physics_step(
     _STEPS[type(plant)](plant, slot, state, tau_1, tau_2, work)
 
 
-def tip_in_hub(plant: Compiled, state: Array) -> tuple[float, float]:
+def tip_in_hub(plant: Coefficients, state: Array) -> tuple[float, float]:
     """Return the tip along and across the hub's x-axis, from joint 2 [m]; the second is v."""
     return _TIPS[type(plant)](plant, state)
 

@@ -97,7 +97,7 @@ def _changed() -> Iterator[Variant]:
 def variants() -> list[Variant]:
     """Return the reconstruction and everything it is varied by."""
     base, free = setting("reconstructed"), math.inf
-    none, printed = Friction("none"), Friction("print")
+    none, printed = Friction("none"), Friction("jump")
     return [
         Variant("base", "as reconstructed"),
         Variant("limits", "no torque limits", _limits(free, free)),
@@ -105,7 +105,7 @@ def variants() -> list[Variant]:
         Variant("limits", "limit on joint 2 only", _limits(free, LIMITS[1])),
         Variant("friction", "friction none", _friction(law="none")),
         Variant("friction", "friction none, no limits", replace(base, friction=none)),
-        Variant("friction", "friction print", _friction(law="print")),
+        Variant("friction", "friction print", _friction(law="jump")),
         Variant("friction", "friction print, no limits", replace(base, friction=printed)),
         Variant("friction", "dead zone off", _friction(dead_zone=NO_DEAD_ZONE)),
         Variant("v", "+v in the loop", v_gain=1.0),

@@ -25,9 +25,9 @@ OUTGROWN = 10.0  # times the initial error: no decaying motion is so large so la
 def linear_friction(options: LoopOptions) -> Friction:
     """Return friction without dead zone and offset: a torque gain or a viscous one per joint."""
     none = ((0.0, 0.0), (0.0, 0.0))
-    law, slope = ("print", options.torque_gain)
+    law, slope = ("jump", options.torque_gain)
     if any(options.joint_damping):
-        law, slope = ("joint", options.joint_damping)
+        law, slope = ("opposing", options.joint_damping)
     return Friction(law, dead_zone=none, tau_0=(0.0, 0.0), mu=slope)
 
 

@@ -120,7 +120,7 @@ def test_viscous_joint_friction_is_held_as_simulated(gear: float) -> None:
     plant = AssumedModesPlant(replace(PARAMETERS, r_1=gear, r_2=gear), step=PERIOD / 2)
     mu = (0.2, 0.05)
     none = ((0.0, 0.0), (0.0, 0.0))
-    law = Friction("joint", dead_zone=none, tau_0=(0.0, 0.0), mu=mu)
+    law = Friction("opposing", dead_zone=none, tau_0=(0.0, 0.0), mu=mu)
     measured = one_period(plant, 1.2, Setting("viscous", law, "of the test"))
     linear = linearise(plant, 1.2)
     found = stepped_hold(linear, PERIOD, plant.step, held_friction=mu)

@@ -458,7 +458,7 @@ sampled = reference(
     Trajectory("line", duration=0.02, hold=0.0, start=(0.60, 0.30), end=(0.601, 0.301)), parameters
 )
 pair = (np.array([30.0, -20.0]), np.array([1.0, -0.5]))
-chosen = Setting("t", Friction("joint", dead_zone=((0, 0), (0, 0)), tau_0=(0.1, 0)), "for tests")
+chosen = Setting("t", Friction("opposing", dead_zone=((0, 0), (0, 0)), tau_0=(0.1, 0)), "for tests")
 plant = AssumedModesPlant(parameters, form=sys.argv[2])
 (motion,) = closed_loop(plant, chosen, sampled, [(pair, pair)], threads=1)
 np.save(sys.argv[1], np.hstack([motion.state, motion.torque, motion.error]))

@@ -36,10 +36,10 @@ def reached(friction: Friction, tau: float, w: float = 0.0) -> tuple[float, floa
 )
 def test_47_by_hand(tau: float, first: float, second: float) -> None:
     for w in (0.0, 3.0, -3.0):  # as printed it does not know the velocity
-        assert reached(Friction("print"), tau, w) == pytest.approx((first, second), rel=ROUNDING)
+        assert reached(Friction("jump"), tau, w) == pytest.approx((first, second), rel=ROUNDING)
 
 
-@pytest.mark.parametrize("law", ["print", "joint"])
+@pytest.mark.parametrize("law", ["jump", "opposing"])
 @pytest.mark.parametrize(("joint", "edge"), [(0, -3.2379), (0, 2.9129), (1, -0.5543), (1, 0.6608)])
 def test_dead_zone_of_table_4_ends_at_its_edges(law: str, joint: int, edge: float) -> None:
     inside, outside = edge * (1 - 1e-12), edge * (1 + 1e-12)
@@ -55,7 +55,7 @@ def test_none_passes_the_torque(tau: float, w: float) -> None:
 
 @given(tau=torque, w=rate)
 def test_print_is_the_formula_outside_the_dead_zone(tau: float, w: float) -> None:
-    f = Friction("print")
+    f = Friction("jump")
     for joint, found in enumerate(reached(f, tau, w)):
         low, high = f.dead_zone[joint]
         expected = math.copysign(f.mu[joint] * abs(tau) + f.tau_0[joint], tau)
@@ -64,7 +64,7 @@ def test_print_is_the_formula_outside_the_dead_zone(tau: float, w: float) -> Non
 
 @given(tau=torque, w=rate)
 def test_joint_friction_opposes_the_velocity_and_never_feeds_it(tau: float, w: float) -> None:
-    f = Friction("joint", dead_zone=((0.0, 0.0), (0.0, 0.0)))
+    f = Friction("opposing", dead_zone=((0.0, 0.0), (0.0, 0.0)))
     moving, resting = reached(f, tau, w), reached(f, tau, 0.0)
     assert resting == (tau, tau)  # smoothed: none at rest
     for found in moving:
@@ -73,7 +73,7 @@ def test_joint_friction_opposes_the_velocity_and_never_feeds_it(tau: float, w: f
 
 @pytest.mark.parametrize("w", [0.3, -2.0])
 def test_joint_friction_by_hand_beyond_the_smoothing(w: float) -> None:
-    first, second = reached(Friction("joint"), 10.0, w)
+    first, second = reached(Friction("opposing"), 10.0, w)
     assert first == pytest.approx(
         10 - 4.56 * np.sign(w) - 0.2585 * w, rel=1e-11
     )  # tanh(15) is 1 - 2e-13
@@ -81,7 +81,7 @@ def test_joint_friction_by_hand_beyond_the_smoothing(w: float) -> None:
 
 
 def test_smoothed_sign_has_its_stated_speed() -> None:
-    first, _ = reached(Friction("joint"), 0.0, 0.02)
+    first, _ = reached(Friction("opposing"), 0.0, 0.02)
     assert first == pytest.approx(-4.56 * math.tanh(1.0) - 0.2585 * 0.02, rel=ROUNDING)
 
 
@@ -93,7 +93,7 @@ def test_friction_is_odd_when_its_dead_zone_is(law: str, tau: float, w: float) -
     assert forth == (-back[0], -back[1])
 
 
-@pytest.mark.parametrize("law", ["print", "joint"])
+@pytest.mark.parametrize("law", ["jump", "opposing"])
 def test_table_4s_own_dead_zone_is_not_odd(law: str) -> None:
     assert reached(Friction(law), 3.0)[0] != 0.0 == reached(Friction(law), -3.0)[0]
 
@@ -109,18 +109,18 @@ def test_limit_acts_ahead_of_dead_zone_and_friction(law: str, tau: float, w: flo
 
 
 def test_limit_inside_the_dead_zone_leaves_nothing() -> None:
-    f = Friction("print", torque_limit=(2.0, 0.5))
+    f = Friction("jump", torque_limit=(2.0, 0.5))
     assert reached(f, 1e9) == (0.0, 0.0) == reached(f, -1e9)
 
 
 def test_settings_are_what_they_are_named() -> None:
     assert list(SETTINGS) == ["none", "print", "joint", "reconstructed"]
-    for name in ("none", "print", "joint"):
-        assert setting(name).friction.law == name
+    for name, law in (("none", "none"), ("print", "jump"), ("joint", "opposing")):
+        assert setting(name).friction.law == law
         assert setting(name).friction.torque_limit == (math.inf, math.inf)
         assert setting(name).applied(Parameters()) == Parameters()
     fit = setting("reconstructed")
-    assert fit.friction == Friction("joint", torque_limit=(9.83, 4.29))
+    assert fit.friction == Friction("opposing", torque_limit=(9.83, 4.29))
     assert fit.applied(Parameters()) == Parameters(I_m2=0.0557)
     assert fit.applied(Parameters(I_m1=0.1)) == Parameters(I_m1=0.1, I_m2=0.0557)
 
@@ -132,7 +132,7 @@ def test_defaults_are_table_4() -> None:
 
 
 def test_unknown_names_are_errors_naming_the_choices() -> None:
-    with pytest.raises(ParameterError, match=r"'dry'.*none, print, joint"):
+    with pytest.raises(ParameterError, match=r"'dry'.*none, jump, opposing"):
         Friction("dry")
     with pytest.raises(ParameterError, match=r"'lab' is unknown.*joint, reconstructed"):
         setting("lab")
@@ -157,7 +157,7 @@ def test_numbers_that_cannot_be_used_are_errors_naming_them(
     change: dict[str, tuple[float, float]], what: str
 ) -> None:
     with pytest.raises(ParameterError, match=what):
-        Friction("joint", **change)  # type: ignore[arg-type]
+        Friction("opposing", **change)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -38,14 +38,14 @@ def test_filters_give_the_torque_back() -> None:
 
 
 def test_motor_torque_inverts_joint_friction_outside_its_dead_zone() -> None:
-    friction = Friction("joint", dead_zone=((0.0, 0.0), (0.0, 0.0)))
+    friction = Friction("opposing", dead_zone=((0.0, 0.0), (0.0, 0.0)))
     torque = smooth()
     rates = torque[::-1] / 5
     command = motor_torque(friction, torque, rates)
     assert passed(friction, command, rates) == pytest.approx(torque, abs=1e-12)
 
 
-@pytest.mark.parametrize("law", ["print", "joint"])
+@pytest.mark.parametrize("law", ["jump", "opposing"])
 def test_the_mean_over_the_tone_is_the_torque(law: str) -> None:
     friction, still = Friction(law), np.zeros((COUNT, 2))
     for wanted in (0.0, 0.1, -0.15):  # more needs jumps of (47) at joint 1
@@ -56,13 +56,13 @@ def test_the_mean_over_the_tone_is_the_torque(law: str) -> None:
 
 
 def test_without_the_tone_the_dead_zone_swallows_the_torque() -> None:
-    friction, still = Friction("print"), np.zeros((COUNT, 2))
+    friction, still = Friction("jump"), np.zeros((COUNT, 2))
     torque = np.full((COUNT, 2), 0.3)
     assert not passed(friction, motor_torque(friction, torque, still), still).any()
 
 
 def test_every_level_of_the_tone_is_outside_the_dead_zone_and_its_mean_is_none() -> None:
-    friction = Friction("print")
+    friction = Friction("jump")
     still = np.zeros((COUNT, 2))
     command = dithered_torque(friction, still, still, PERIOD, START)
     assert not command[: START + 1].any()

@@ -302,6 +302,6 @@ def test_what_cannot_be_shaped_is_refused(modes_plant: AssumedModesPlant) -> Non
     with pytest.raises(ParameterError, match="dither needs the filters"):
         shaped_reference(ref, modes_plant, filters=HOLDING, dither=True)
     with pytest.raises(ParameterError, match="no constant error"):
-        dead_zone_error((difference, difference), Friction("joint"))
+        dead_zone_error((difference, difference), Friction("opposing"))
     with pytest.raises(ParameterError, match=r"too fast|cannot reach"):
         shaped_reference(path("two-loop", duration=0.2), modes_plant)

@@ -207,8 +207,8 @@ def test_a_beam_without_damping_keeps_the_reflected_tips_own_swing(plant: Plant)
 
 def test_small_signal_friction() -> None:
     assert small_signal(Friction("none")) == ((1.0, 1.0), (0.0, 0.0))
-    assert small_signal(Friction("print")) == ((0.2585, 1.0231), (0.0, 0.0))
-    assert small_signal(Friction("joint")) == ((1.0, 1.0), (0.2585, 1.0231))
+    assert small_signal(Friction("jump")) == ((0.2585, 1.0231), (0.0, 0.0))
+    assert small_signal(Friction("opposing")) == ((1.0, 1.0), (0.2585, 1.0231))
 
 
 def test_a_textbook_pd_of_both_joints_is_stable(plant: Plant) -> None:
