@@ -10,8 +10,6 @@
 from __future__ import annotations
 
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +18,7 @@ import numpy as np
 from flexsim.arm.chain_design import ChainDesign
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError, RunError
+from flexsim.numerics.atomic import require_replaceable, write_text
 
 STRIP_WIDTH = 0.02  # [m] of the steel strip that (24) and (26) fit; stands on edge, along z
 STRIP_THICKNESS = 0.001  # [m]
@@ -95,23 +94,10 @@ def write_chain(path: Path, text: str, force: bool = False) -> Path:
     path = Path(path)
     if path.suffix != ".xml":
         raise RunError(f"{path}: an MJCF file's name ends in .xml; name it so")
-    if path.is_dir():
-        raise RunError(f"{path}: is a folder; name a file")
-    if path.exists() and not force:
-        raise RunError(f"{path}: exists already; give --force to overwrite it")
+    require_replaceable(path, force=force)
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}; make it first")
-    partial = None
-    try:
-        handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=".xml")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(partial, 0o644)  # mkstemp's files are private
-        os.replace(partial, path)
-    except OSError as error:
-        if partial is not None:
-            Path(partial).unlink(missing_ok=True)
-        raise RunError(f"{path}: cannot write the file: {error.strerror}") from None
+    write_text(path, text, force=force)
     return path
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from flexsim.errors import RunError
 
+MIB = 1 << 20  # [bytes]
+
 
 def read_regular(path: str | Path, most_bytes: int, what: str) -> bytes:
     """Return the contents of a file that is one: no pipe, device or folder, which may never end.
@@ -28,12 +30,10 @@ def read_regular(path: str | Path, most_bytes: int, what: str) -> bytes:
     except (OSError, ValueError) as error:  # a name with a zero character
         reason = getattr(error, "strerror", None) or str(error)
         raise RunError(f"{path}: cannot read the {what}: {reason}") from None
-    kind = os.fstat(handle).st_mode
-    if not stat.S_ISREG(kind):
+    kind = kind_of(os.fstat(handle).st_mode)
+    if kind is not None:
         os.close(handle)
-        raise RunError(
-            f"{path}: cannot read the {what}: it is {_spoken(kind)}; give a regular file"
-        )
+        raise RunError(f"{path}: cannot read the {what}: it is {kind}; give a regular file")
     try:
         with open(handle, "rb") as file:
             contents = file.read(most_bytes + 1)  # what is appended meanwhile counts, too
@@ -59,9 +59,12 @@ def read_text(path: str | Path, most_bytes: int, what: str) -> str:
         raise RunError(f"{path}: cannot read the {what}: it is not text in UTF-8") from None
 
 
-def _spoken(mode: int) -> str:
-    """Return what a file is that is not a regular one."""
+def kind_of(mode: int) -> str | None:
+    """Return in words what `os.stat` or `os.lstat` found, None for a regular file."""
+    if stat.S_ISREG(mode):
+        return None
     for test, name in (
+        (stat.S_ISLNK, "a symbolic link"),
         (stat.S_ISDIR, "a folder"),
         (stat.S_ISFIFO, "a pipe"),
         (stat.S_ISCHR, "a device"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ from typing import Any
 import rerun as rr
 import rerun.blueprint as rrb
 
-from flexsim.errors import RunError
+from flexsim.errors import FlexsimError, RunError
+from flexsim.numerics.atomic import replacing
 
 APPLICATION = "flexsim"
 # `python -m rerun_cli` would do, but ends with status 0 whatever happened
@@ -33,6 +34,51 @@ def strict() -> Iterator[None]:
         yield
     finally:
         rr.set_strict_mode(before)
+
+
+def new_stream(application: str, identity: uuid.UUID) -> rr.RecordingStream:
+    """Return the stream of a new recording, not yet connected.
+
+    Raises:
+        RunError: rerun is switched off.
+    """
+    stream = rr.RecordingStream(application, recording_id=identity, send_properties=False)
+    if not rr.is_enabled(stream):
+        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
+    stream.set_log_tick_enabled(False)
+    stream.set_log_time_enabled(False)
+    return stream
+
+
+def write_rrd(
+    path: Path,
+    stream: rr.RecordingStream,
+    arrangement: rrb.Blueprint,
+    log: Callable[[rr.RecordingStream], None],
+) -> None:
+    """Write a recording, whole or not at all, with rerun's global state left as it was.
+
+    Args:
+        path: the `.rrd` to write; a file already there is replaced.
+        stream: new. arrangement: which the viewer opens it with. log: what is in it.
+
+    Raises:
+        RunError: the file cannot be written; and what `log` raises.
+    """
+    try:
+        with replacing(path, "the recording") as temporary:
+            with strict():
+                stream.save(temporary, arrangement)
+                try:
+                    log(stream)
+                finally:
+                    stream.flush()
+                    stream.disconnect()
+            rr.chunk.RrdReader(temporary).store()  # reads the footer, which comes last
+    except FlexsimError:
+        raise
+    except RuntimeError as error:
+        raise RunError(f"{path}: cannot write the recording: {error}") from error
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -9,7 +9,6 @@ Columns are sent whole, after the run, on one timeline, `simulation_time`.
 from __future__ import annotations
 
 import hashlib
-import os
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,7 +17,7 @@ import numpy as np
 import rerun as rr
 
 from flexsim.arm.parameters import Parameters, describe
-from flexsim.errors import FlexsimError, ParameterError, RunError
+from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
 from flexsim.recording.case import Case
 from flexsim.recording.layout import layout
@@ -27,7 +26,8 @@ from flexsim.recording.rerun_file import (
     log_properties,
     log_text,
     markdown_table,
-    strict,
+    new_stream,
+    write_rrd,
 )
 from flexsim.recording.scene import LIFT, colour, corners, log_scene, time_column
 from flexsim.recording.traces import ASSUMED_MODES, Trace, spoken, traces
@@ -125,28 +125,19 @@ def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) ->
         _log_trace(stream, case, trace)
 
 
-def _write(
-    path: Path, cases: Sequence[Case], metadata: Mapping[str, str], parameters: Parameters
+def _log(
+    stream: rr.RecordingStream,
+    cases: Sequence[Case],
+    metadata: Mapping[str, str],
+    parameters: Parameters,
 ) -> None:
-    """Write a whole recording to path, with rerun's global state left as it was."""
-    stream = rr.RecordingStream(
-        APPLICATION, recording_id=_identity(cases, metadata), send_properties=False
-    )
-    if not rr.is_enabled(stream):
-        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
-    stream.set_log_tick_enabled(False)
-    stream.set_log_time_enabled(False)
-    stream.save(path, layout(cases, [corners(case, parameters) for case in cases]))
-    try:
-        stream.send_recording_name(APPLICATION)
-        log_properties(stream, "run", metadata)
-        log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(metadata.items()))}")
-        log_text(stream, "parameters", _robot(parameters))
-        for case in cases:
-            _log_case(stream, case, parameters)
-    finally:
-        stream.flush()
-        stream.disconnect()
+    """Record all that there is."""
+    stream.send_recording_name(APPLICATION)
+    log_properties(stream, "run", metadata)
+    log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(metadata.items()))}")
+    log_text(stream, "parameters", _robot(parameters))
+    for case in cases:
+        _log_case(stream, case, parameters)
 
 
 def write_recording(
@@ -168,15 +159,6 @@ def write_recording(
     names = [case.name for case in cases]
     if not names or len(set(names)) < len(names):
         raise ParameterError(f"cases are named {names}; give one or more, each with its own name")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with strict():
-            _write(temporary, cases, metadata, parameters)
-        rr.chunk.RrdReader(temporary).store()  # reads the footer, which comes last
-        os.replace(temporary, path)
-    except FlexsimError:
-        raise
-    except (OSError, RuntimeError) as error:
-        raise RunError(f"cannot write the recording {path}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    stream = new_stream(APPLICATION, _identity(cases, metadata))
+    arrangement = layout(cases, [corners(case, parameters) for case in cases])
+    write_rrd(path, stream, arrangement, lambda to: _log(to, cases, metadata, parameters))

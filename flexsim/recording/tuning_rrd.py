@@ -8,7 +8,6 @@ Beside `recording`, `scene` and `blueprint`, the only module that knows rerun.
 from __future__ import annotations
 
 import hashlib
-import os
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from flexsim.errors import ParameterError, RunError
+from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 from flexsim.recording.rerun_file import (
     APPLICATION,
@@ -25,7 +24,8 @@ from flexsim.recording.rerun_file import (
     log_properties,
     log_text,
     markdown_table,
-    strict,
+    new_stream,
+    write_rrd,
 )
 
 TIMELINE = "generation"
@@ -78,25 +78,13 @@ def _log_curve(stream: rr.RecordingStream, path: str, values: Array) -> None:
         stream.send_columns(path, [times], rr.Scalars.columns(scalars=values[shown]))
 
 
-def _write(path: Path, title: str, curves: Mapping[str, Array], about: Mapping[str, str]) -> None:
-    """Write the recording to path."""
-    stream = rr.RecordingStream(
-        APPLICATION, recording_id=_identity(curves, about), send_properties=False
-    )
-    if not rr.is_enabled(stream):
-        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
-    stream.set_log_tick_enabled(False)
-    stream.set_log_time_enabled(False)
-    stream.save(path, _layout(title))
-    try:
-        stream.send_recording_name(f"{APPLICATION} tune")
-        log_properties(stream, "run", about)
-        log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(about.items()))}")
-        for name, values in curves.items():
-            _log_curve(stream, name, values)
-    finally:
-        stream.flush()
-        stream.disconnect()
+def _log(stream: rr.RecordingStream, curves: Mapping[str, Array], about: Mapping[str, str]) -> None:
+    """Record all that there is."""
+    stream.send_recording_name(f"{APPLICATION} tune")
+    log_properties(stream, "run", about)
+    log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(about.items()))}")
+    for name, values in curves.items():
+        _log_curve(stream, name, values)
 
 
 def write_convergence(
@@ -126,14 +114,5 @@ def write_convergence(
         logs = np.log10(best), np.log10(median)
     columns = (best, median, *logs, stable_share)
     curves = {name: np.asarray(v, float) for name, v in zip(CURVES, columns, strict=True)}
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with strict():
-            _write(temporary, title, curves, metadata)
-        os.replace(temporary, path)
-    except (OSError, RuntimeError) as error:
-        if isinstance(error, RunError):
-            raise
-        raise RunError(f"cannot write the recording {path}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    stream = new_stream(APPLICATION, _identity(curves, metadata))
+    write_rrd(path, stream, _layout(title), lambda to: _log(to, curves, metadata))

@@ -8,7 +8,6 @@ Drawn with matplotlib's objects, without pyplot: nothing global is touched, no w
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from flexsim.errors import ParameterError, RunError
+from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
+from flexsim.numerics.atomic import replacing
 from flexsim.recording.traces import MM, kind, spoken
 
 if TYPE_CHECKING:
@@ -62,14 +62,8 @@ def save(figure: Figure, path: Path) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with replacing(path, "the figure") as temporary:
         figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": "flexsim"})
-        os.replace(temporary, path)
-    except OSError as error:
-        raise RunError(f"cannot write the figure {path}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _label(motion: Motion) -> str:

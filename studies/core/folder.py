@@ -3,7 +3,7 @@
     >>> with run_folder(Path("runs/compare"), force=False) as folder:
     ...     write_config(folder, config)
 
-The folder appears only when everything in it is written.
+The folder appears only when everything in it is written, and replaces nothing but a run of ours.
 """
 
 from __future__ import annotations
@@ -11,57 +11,95 @@ from __future__ import annotations
 import csv
 import dataclasses
 import importlib.metadata
+import io
 import json
+import os
 import platform
-import shutil
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from flexsim.errors import RunError
+from flexsim.numerics.atomic import write_text
+from flexsim.numerics.cleanup import committing, undone
+from flexsim.numerics.scratch import NEW, OLD, scratch
+from studies.core.marker import require_ours, sign
 
 CONFIG = "config.json"
 PACKAGES = ("flexsim", "mujoco", "numpy", "scipy", "numba", "rerun-sdk")
 
 
 @contextmanager
-def run_folder(out: Path, force: bool) -> Iterator[Path]:
+def run_folder(out: Path, force: bool, later: Sequence[str] = ()) -> Iterator[Path]:
     """Give a new folder beside `out`, which becomes `out` when the block ends well.
 
+    A run that is there is moved aside until the new one stands, and back if anything fails.
+
     Args:
-        out: where the run goes. force: replace a run that is there already.
+        out: where the run goes. force: replace a run that is there already, if it is one of ours
+            and holds nothing else. later: what the run writes after the block, as paths in it.
 
     Raises:
-        RunError: `out` exists and `force` is not given, or is not a run; or cannot be written.
+        RunError: `out` exists and may not be replaced, or cannot be written.
     """
-    if out.exists():
-        if not force:
-            raise RunError(f"{out} exists already; name another folder with --out, or add --force")
-        if not (out / CONFIG).is_file():
-            raise RunError(f"{out} is not a run of ours (no {CONFIG}); --force will not replace it")
+    require_free(out, force)
+    with _beside(out) as private:
+        yield private / NEW
+        sign(private / NEW, later)
+        with committing():
+            require_free(out, force)
+            _put_in_place(private, out)
+
+
+def require_free(out: Path, force: bool) -> None:
+    """Refuse a path that no run may be written to.
+
+    Raises:
+        RunError: it exists, and `force` is not given or it is not a run of ours alone.
+    """
+    if not os.path.lexists(out):
+        return
+    if not force:
+        raise RunError(f"{out} exists already; name another folder with --out, or add --force")
+    if out.name in ("", ".."):
+        raise RunError(f"{out}: cannot replace it under this name; give the folder its own")
+    require_ours(out)
+
+
+@contextmanager
+def _beside(out: Path) -> Iterator[Path]:
+    """Give a private folder beside `out`, whose parents are made, and unmade if they stay empty."""
     made = [parent for parent in out.parents if not parent.exists()]  # nearest first
+    with ExitStack() as stack:
+        stack.enter_context(undone(lambda: _unmake(made)))
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            private = stack.enter_context(scratch(out))
+            (private / NEW).mkdir()
+        except FileExistsError:
+            raise RunError(f"{out}: cannot write there: {out.parent} is not a folder") from None
+        except OSError as error:
+            raise RunError(f"{out}: cannot write there: {error.strerror}") from None
+        yield private
+
+
+def _unmake(parents: Sequence[Path]) -> None:
+    """Remove those that are empty, the nearest first."""
+    with suppress(OSError):
+        for parent in parents:
+            parent.rmdir()
+
+
+def _put_in_place(private: Path, out: Path) -> None:
+    """Let the new folder stand where the old one, if any, stood."""
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
-    except FileExistsError:
-        raise RunError(f"{out}: cannot write there: {out.parent} is not a folder") from None
+        if out.exists():
+            out.rename(private / OLD)
+        (private / NEW).rename(out)  # if it fails, `scratch` puts the old one back
     except OSError as error:
         raise RunError(f"{out}: cannot write there: {error.strerror}") from None
-    try:
-        yield temporary
-        temporary.chmod(0o755)
-        if out.exists():
-            shutil.rmtree(out)
-        temporary.rename(out)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
-        if not out.exists():
-            for parent in made:
-                with suppress(OSError):  # somebody else's by now
-                    parent.rmdir()
 
 
 def versions() -> dict[str, str]:
@@ -83,10 +121,11 @@ def write_config(folder: Path, config: Any, **more: Any) -> None:
 
 def write_rows(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """Write rows as CSV with a header; None becomes an empty field."""
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, text.getvalue(), "the table")
 
 
 def to_json(content: Any) -> str:

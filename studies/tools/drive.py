@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,8 @@ from flexsim.errors import ParameterError, RunError
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
+from flexsim.numerics.atomic import require_replaceable, write_text
+from flexsim.numerics.files import MIB, read_text
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
 from studies.core.options import RobotOptions, print_differences
@@ -23,6 +24,8 @@ ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
 QUOTED = 60  # characters of a wrong line that a message shows
 TORQUE_HEADER = ["t", "tau1", "tau2"]
+TORQUE_MOST = 64 * MIB  # of a torque file: more than an hour of rows
+MOTION = "the motion"
 MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
 
@@ -61,12 +64,11 @@ def read_torque(path: Path) -> Array:
         RunError: the file cannot be read.
         ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
     """
+    text = read_text(path, TORQUE_MOST, "torque file")
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets write the mark
-            lines = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "not a CSV file"
-        raise RunError(f"{path}: cannot read the torque file: {reason}") from None
+        lines = list(csv.reader(io.StringIO(text, newline="")))
+    except csv.Error:
+        raise RunError(f"{path}: cannot read the torque file: not a CSV file") from None
     header = [name.strip() for name in lines[0]] if lines else []
     if header != TORQUE_HEADER:
         raise ParameterError(
@@ -105,35 +107,22 @@ def run(config: DriveConfig) -> Motion:
     return motion.first(len(torque))
 
 
-def write_motion(path: Path, motion: Motion) -> None:
+def write_motion(path: Path, motion: Motion, force: bool = True) -> None:
     """Write a motion as CSV, all of it or nothing; numbers read back to the same doubles.
 
     Raises:
         RunError: the file cannot be written.
     """
     table = np.column_stack([motion.time, motion.tip, motion.joint, motion.v])
-    partial = None
-    try:
-        handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-        with os.fdopen(handle, "w", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(MOTION_HEADER)
-            for row in table.tolist():
-                writer.writerow([f"{row[0]:.9g}", *map(repr, row[1:])])
-        os.chmod(partial, 0o644)
-        os.replace(partial, path)
-    except OSError as error:
-        if partial is not None:
-            Path(partial).unlink(missing_ok=True)
-        raise RunError(f"{path}: cannot write the motion: {error.strerror}") from None
+    lines = [",".join([f"{row[0]:.9g}", *map(repr, row[1:])]) for row in table.tolist()]
+    write_text(path, "\n".join([",".join(MOTION_HEADER), *lines, ""]), MOTION, force)
 
 
 def command(config: DriveConfig) -> None:
     """Drive the plant and write the motion."""
-    if config.out.exists() and not config.force:
-        raise RunError(f"{config.out} exists already; name another file, or add --force")
+    require_replaceable(config.out, MOTION, config.force)
     motion = run(config)
-    write_motion(config.out, motion)
+    write_motion(config.out, motion, config.force)
     summary = {
         "plant": motion.plant,
         "rows": len(motion.time),

@@ -25,11 +25,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.errors import ParameterError, RunError
+from flexsim.errors import ParameterError
+from flexsim.numerics.files import MIB, read_text
 from flexsim.numerics.types import Array
 
 NAMES = ("k1", "nu1", "k2", "nu2", "k3", "k4", "nu4", "k5", "nu5", "k6")  # as in Table 1
 KINDS = {"normal": 2, "uniform": 2, "log-uniform": 2, "fixed": 1}  # name: how many numbers
+TOML_MOST = 1 * MIB
 HALF_SPAN = math.sqrt(3.0)  # of a uniform distribution of standard deviation 1
 
 
@@ -215,10 +217,9 @@ def distribution(name: str) -> Distribution:
             f"distribution {name!r} is unknown; choose one of {', '.join(DISTRIBUTIONS)}, "
             "or give a .toml file"
         )
+    text = read_text(path, TOML_MOST, "distribution")
     try:
-        rows = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise RunError(f"{name}: cannot read it: {error}") from None
+        rows = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ParameterError(f"{name}: {error}") from None
     try:

@@ -30,7 +30,8 @@ if sys.platform != "win32":
     import fcntl
 
 from flexsim.errors import FlexsimError, RunError
-from studies.core.folder import CONFIG, run_folder, versions, write_config
+from flexsim.numerics.files import MIB, read_regular
+from studies.core.folder import CONFIG, require_free, run_folder, versions, write_config
 from studies.tuning.distributions import NAMES, Distribution, draw_of
 from studies.tuning.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation
 from studies.tuning.individuals import DERIVATIVE_PAIRS, SI_NAMES, in_si
@@ -38,6 +39,7 @@ from studies.tuning.peers import peer_generations
 from studies.tuning.problem import TUNERS, Tuning
 
 GENERATIONS = "generations.csv"
+GENERATIONS_MOST = 1024 * MIB
 COLUMNS = (
     "generation",
     "individual",
@@ -47,6 +49,7 @@ COLUMNS = (
     "index",
     "diverged_at",
 )
+LATER = ("convergence.csv", "convergence.rrd", "figures/convergence.png", "result.json")
 ORIGINS = {SURVIVOR, INITIAL, MUTANT, CROSSOVER, FRESH, *TUNERS}
 HEADER = (",".join(COLUMNS) + "\n").encode()
 DECIDES = (  # sources that a result depends on
@@ -125,6 +128,18 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
+def require_startable(out: Path, force: bool) -> None:
+    """Refuse a folder that no new run may be made in.
+
+    Raises:
+        RunError: as `run_folder`; or a run to be replaced is still at work.
+    """
+    require_free(out, force)
+    if out.is_dir():
+        with locked(out):
+            pass
+
+
 def start(
     out: Path, force: bool, tuning: Tuning, draws: Distribution, texts: Mapping[str, str]
 ) -> None:
@@ -137,10 +152,8 @@ def start(
     Raises:
         RunError: as `run_folder`; or a run to be replaced is still at work.
     """
-    if force and out.is_dir():
-        with locked(out):
-            pass
-    with run_folder(out, force) as folder:
+    require_startable(out, force)
+    with run_folder(out, force, LATER) as folder:
         write_config(folder, tuning, distribution=draws.table(), units=UNITS, versions=_versions())
         for name, text in texts.items():
             (folder / name).write_text(text)
@@ -257,10 +270,9 @@ def read(folder: Path) -> Record:
     """
     tuning, draws = _configuration(folder)
     path = folder / GENERATIONS
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise RunError(f"{path}: cannot read: {error.strerror}") from None
+    if path.is_symlink():  # what is appended would go elsewhere
+        raise RunError(f"{path} is a symbolic link: the run is damaged")
+    content = read_regular(path, GENERATIONS_MOST, "generations")
     if not content.startswith(HEADER):
         raise RunError(f"{path} is damaged: its first line is not the header")
     lines = content[len(HEADER) :].split(b"\n")[:-1]  # what follows the last newline is torn

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from flexsim.errors import RunError
+from flexsim.numerics.atomic import write_text
 from flexsim.numerics.types import Array
 from flexsim.recording.tuning_rrd import write_convergence
 from studies.core.figures import DPI, FONT, finish, save
@@ -151,9 +152,7 @@ def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> No
         (folder / FIGURE).parent.mkdir(exist_ok=True)
         convergence_figure(search, described(tuning), folder / FIGURE)
         write_convergence(folder / RECORDING, "index (5) [m2 s]", best, median, stable, about)
-        written = folder / f".{RESULT}"
-        written.write_text(_result_text(search, scenarios))
-        written.replace(folder / RESULT)  # whole or not at all
+        write_text(folder / RESULT, _result_text(search, scenarios))
     except RunError:
         raise
     except OSError as error:

@@ -12,8 +12,8 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -163,19 +163,27 @@ def texts_of(tuning: Tuning, problem: Problem, robot: Robot) -> dict[str, str]:
     return texts
 
 
-def begin(config: TuneConfig) -> tuple[Record, Problem]:
-    """Return a new run, its folder config.out made when all else is known to be right."""
+Start = Callable[[], None]
+
+
+def begin(config: TuneConfig) -> tuple[Record, Problem, Start]:
+    """Return a new run, and what makes its folder: its first generation may refuse yet."""
     tuning = tuning_of(config)
+    folder = config.out or DEFAULT_OUT
+    tune_folder.require_startable(folder, config.force)
     given_draws = distribution_for(tuning)
     check_threads(config.threads)
     robot = robot_of(tuning)
     problem = problem_of(tuning, config.threads, robot)
     draws = screened(tuning, given_draws, problem)
-    folder = config.out or DEFAULT_OUT
-    tune_folder.start(folder, config.force, tuning, draws, texts_of(tuning, problem, robot))
+    texts = texts_of(tuning, problem, robot)
     if not config.json:
         print_differences(robot)
-    return Record(tuning, draws, [], len(tune_folder.HEADER)), problem
+
+    def start() -> None:
+        tune_folder.start(folder, config.force, tuning, draws, texts)
+
+    return Record(tuning, draws, [], len(tune_folder.HEADER)), problem, start
 
 
 def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
@@ -241,8 +249,11 @@ def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
         yield show
 
 
-def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
+def carry_out(folder: Path, record: Record, problem: Problem, start: Start) -> Search:
     """Return the search, every new generation kept in the folder as soon as it is there.
+
+    Args:
+        start: called before the first generation is kept.
 
     Raises:
         SystemExit: interrupted; a line on stderr says how to continue.
@@ -253,6 +264,8 @@ def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
 
             def keep(new: Generation) -> None:
                 nonlocal kept
+                if not kept:
+                    start()
                 tune_folder.append(folder, new)
                 kept = new.number + 1
                 show(new)
@@ -262,6 +275,8 @@ def carry_out(folder: Path, record: Record, problem: Problem) -> Search:
         if not tune_report.is_concluded(folder, search, len(problem.scenarios)):
             tune_report.conclude(folder, search, tuning, len(problem.scenarios))
     except KeyboardInterrupt:
+        if not kept:
+            raise
         print(
             f"flexsim: interrupted, {kept} generation(s) kept; continue with "
             f"flexsim tune --resume {folder}",
@@ -275,11 +290,20 @@ def command(config: TuneConfig) -> None:
     """Run the tuner, from the start or on, and write its folder."""
     if config.resume and (config.out or config.force):
         raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
-    begun = None if config.resume else begin(config)
     folder = config.resume or config.out or DEFAULT_OUT
-    with tune_folder.locked(folder):
-        record, problem = begun or take_up(config, folder)
-        search = carry_out(folder, record, problem)
+    with ExitStack() as held:
+        if config.resume:
+            held.enter_context(tune_folder.locked(folder))
+            record, problem = take_up(config, folder)
+            search = carry_out(folder, record, problem, lambda: None)
+        else:
+            record, problem, make_folder = begin(config)
+
+            def start() -> None:
+                make_folder()
+                held.enter_context(tune_folder.locked(folder))
+
+            search = carry_out(folder, record, problem, start)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
         more = {"screened": vars(tally)} if tally else {}

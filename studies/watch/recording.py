@@ -9,7 +9,6 @@ earlier one; what is wrong with the file goes into the text of the last.
 
 from __future__ import annotations
 
-import os
 import uuid
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,9 +20,18 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from flexsim.errors import RunError
+from flexsim.numerics.atomic import require_replaceable
 from flexsim.recording.case import Case
 from flexsim.recording.layout import _plot, _scene
-from flexsim.recording.rerun_file import APPLICATION, fix_ids, log_text, markdown_table, strict
+from flexsim.recording.rerun_file import (
+    APPLICATION,
+    fix_ids,
+    log_text,
+    markdown_table,
+    new_stream,
+    strict,
+    write_rrd,
+)
 from flexsim.recording.rrd import _log_trace
 from flexsim.recording.scene import corners, log_scene
 from flexsim.recording.traces import CHAIN, MM, TIMELINE, Trace, traces
@@ -107,20 +115,9 @@ def layout(save: Save | None) -> rrb.Blueprint:
     )
 
 
-def new_stream(saves: Sequence[Save]) -> rr.RecordingStream:
-    """Return the stream of a new recording, not yet connected.
-
-    Raises:
-        RunError: rerun is switched off.
-    """
-    stream = rr.RecordingStream(
-        f"{APPLICATION} watch", recording_id=uuid.uuid4(), send_properties=False
-    )
-    if not rr.is_enabled(stream):
-        raise RunError("rerun is switched off by the environment variable RERUN; unset it")
-    stream.set_log_tick_enabled(False)
-    stream.set_log_time_enabled(False)
-    return stream
+def stream_of_its_own() -> rr.RecordingStream:
+    """Return the stream of a new recording, which no viewer merges with another."""
+    return new_stream(f"{APPLICATION} watch", uuid.uuid4())
 
 
 def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
@@ -170,7 +167,8 @@ class RecordingFile:
 
     def __init__(self, path: Path) -> None:
         if not path.absolute().parent.is_dir():
-            raise RunError(f"cannot write the recording {path}: there is no such folder")
+            raise RunError(f"{path}: cannot write the recording: there is no such folder")
+        require_replaceable(path, "the recording")
         self.path = path
 
     def show(self, saves: Sequence[Save], error: str | None = None) -> None:
@@ -179,23 +177,10 @@ class RecordingFile:
         Raises:
             ModelError: a geom cannot be drawn. RunError: the file cannot be written.
         """
-        temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
-        try:
-            with strict():
-                stream = new_stream(saves)
-                stream.save(temporary, layout(saves[-1] if saves else None))
-                try:
-                    log_saves(stream, saves, error)
-                finally:
-                    stream.flush()
-                    stream.disconnect()
-            os.replace(temporary, self.path)
-        except RunError:
-            raise
-        except (OSError, RuntimeError) as problem:
-            raise RunError(f"cannot write the recording {self.path}: {problem}") from problem
-        finally:
-            temporary.unlink(missing_ok=True)
+        arrangement = layout(saves[-1] if saves else None)
+        write_rrd(
+            self.path, stream_of_its_own(), arrangement, lambda to: log_saves(to, saves, error)
+        )
 
 
 class Viewer:
@@ -241,7 +226,7 @@ class Viewer:
     def _send(self, saves: Sequence[Save], error: str | None) -> None:
         if self.stream is not None:
             self.stream.disconnect()
-        self.stream = new_stream(saves)
+        self.stream = stream_of_its_own()
         self.stream.connect_grpc(self.url)
         self.stream.send_blueprint(
             layout(saves[-1] if saves else None), make_active=not self.arranged

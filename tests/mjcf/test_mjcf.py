@@ -1,5 +1,6 @@
 """The MJCF as written and as MuJoCo compiles it: masses, modes, names, files."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -202,7 +203,7 @@ def test_writer_names_what_is_wrong(tmp_path: Path) -> None:
     with pytest.raises(RunError, match=r"ends in \.xml"):
         write_chain(tmp_path / "chain.txt", "new")
     (tmp_path / "folder.xml").mkdir()
-    with pytest.raises(RunError, match="is a folder"):
+    with pytest.raises(RunError, match="it is a folder"):
         write_chain(tmp_path / "folder.xml", "new", force=True)
 
 
@@ -210,9 +211,9 @@ def test_writer_leaves_nothing_behind_when_it_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(source: str, target: Path) -> None:
-        raise PermissionError(13, "Permission denied")
+        raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr("flexsim.mjcf.chain_xml.os.replace", refuse)
+    monkeypatch.setattr("flexsim.numerics.atomic.os.link", refuse)
     with pytest.raises(RunError, match="cannot write the file: Permission denied"):
         write_chain(tmp_path / "chain.xml", "new")
     assert os.listdir(tmp_path) == []

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import re
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from processes import PATIENCE, flexsim, wait_for
 
 from controllers import operator
 from flexsim import ParameterError
@@ -23,8 +21,6 @@ from studies.tools import filter as filter_study
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
-MODULE = [sys.executable, "-m", "studies.main"]
-PATIENCE = 60.0  # [s] for a process to start or to stop on a busy machine
 
 
 def said(capsys: pytest.CaptureFixture[str], arguments: list[str], status: int = 2) -> str:
@@ -186,37 +182,22 @@ def test_view_says_what_it_can_open(
 
 def test_a_closed_pipe_is_no_error() -> None:
     """As with `flexsim filter ... | head -1`."""
-    process = subprocess.Popen(
-        [*MODULE, "filter", "--order", "0.5", "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=ROOT,
-    )
-    assert process.stdout and process.stderr
-    process.stdout.close()
-    assert process.wait(PATIENCE) == 0
-    assert process.stderr.read() == b""
-    process.stderr.close()
+    with flexsim("filter", "--order", "0.5", "--json") as process:
+        assert process.stdout
+        process.stdout.close()
+        assert process.wait(PATIENCE) == 0
+        process.stdout = None
+        assert process.communicate() == (None, "")
 
 
 def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     """One line, the shell's status, no folder: neither the run's, nor its parent's, nor a log."""
-    process = subprocess.Popen(
-        [*MODULE, "compare", "--out", "new/run", "--perturbations", "2000"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(Path.home())},
-    )
-    until = time.monotonic() + PATIENCE
-    while not (tmp_path / "new").exists() and time.monotonic() < until:
-        assert process.poll() is None
-        time.sleep(0.05)
-    assert (tmp_path / "new").exists()
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, out) == (INTERRUPTED, "")
+    words = ("compare", "--out", "new/run", "--perturbations", "2000")
+    with flexsim(*words, cwd=tmp_path) as process:
+        wait_for((tmp_path / "new").exists, process)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
+        assert (process.returncode, out) == (INTERRUPTED, "")
     assert err == "flexsim: interrupted; nothing was kept\n"
     assert list(tmp_path.iterdir()) == []
 

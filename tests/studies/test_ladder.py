@@ -57,7 +57,7 @@ def test_rows_are_the_rungs(quick: dict[str, Any], folder: Path) -> None:
         assert row["us_per_ms"] > 0
     assert row_of(quick, "rigid")["clamped_hz"] == [None] * 3
     assert {path.name for path in folder.iterdir()} == {
-        *("config.json", "figures", "integrators.csv", "rows.csv"),
+        *(".flexsim-run", "config.json", "figures", "integrators.csv", "rows.csv"),
     }
     names = {path.name for path in (folder / "figures").iterdir()}
     assert names == {"cost_accuracy.png", "integrators.png"}

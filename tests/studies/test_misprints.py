@@ -129,6 +129,7 @@ def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFix
     assert [row["misprint"] for row in rows] == [*VARIANTS, RANGES]
     assert MisprintsConfig(quick=True).runs == 2
     assert {path.name for path in (tmp_path / "run").iterdir()} == {
+        ".flexsim-run",
         "config.json",
         "details.csv",
         "figures",

@@ -94,7 +94,7 @@ def test_run_explains_itself(shown: tuple[Path, dict[str, Any]]) -> None:
     out, content = shown
     assert content["run"] == str(out)
     names = {"config.json", "results.csv", "controllers.csv", "ratios.csv", "chain.xml", "figures"}
-    assert {path.name for path in out.iterdir()} == names
+    assert {path.name for path in out.iterdir()} == names | {".flexsim-run"}
     with (out / "results.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 54
     for name in ("envelopes.png", "transfer.png"):

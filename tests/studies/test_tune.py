@@ -6,13 +6,12 @@ import json
 import os
 import shutil
 import signal
-import subprocess
-import sys
-import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import PATIENCE, flexsim, wait_for
 from rerun.chunk import RrdReader
 from trial_controllers import TRIAL
 
@@ -21,6 +20,7 @@ from flexsim import ParameterError, Parameters, evaluate, reference, setting, tr
 from flexsim.loop.runs import thread_count
 from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.main import main
+from studies.tuning import tune as tune_module
 from studies.tuning.distributions import LOG_UNIFORM, NAMES, TABLE_1
 from studies.tuning.individuals import SI_NAMES, Structure, in_si
 from studies.tuning.problem import Tuning, distribution_for, perturbations, problem_of, tune
@@ -29,7 +29,6 @@ from studies.tuning.record import locked
 ROUNDING = 1e-14  # relative to the largest tap: two orders of summation of eleven terms
 SMALL = ("--population", "8", "--survivors", "3", "--generations", "40", "--patience", "40")
 KILLED_AFTER = 3  # generations
-PATIENCE = 60.0  # [s] for a subprocess to start, compile included
 OUTPUTS = {"config.json", "generations.csv", "convergence.csv", "convergence.rrd", "result.json"}
 HELD = np.array(  # TRIAL["circle"] as a tuner draws it
     [8660.0, 0.06911, 1.235, 0.0297, 0.141, 103.7, 0.4938, 1.107, -0.07112, 0.1552]
@@ -250,21 +249,19 @@ def test_the_recording_has_a_generation_timeline(finished):
     assert rows["/stable_share"] == generations
 
 
-def start_run(run):
-    """Start the command on its own and return when it has written some generations."""
+@contextmanager
+def started(run):
+    """Give the command in a process of its own that has written some generations."""
     arguments = ["tune", "--trajectory", "circle", *SMALL, "--seed", "5", "--out", str(run)]
     arguments += ["--threads", "1"]  # slower, and leaves a core for those who watch
-    code = "import sys; from studies.main import main; sys.exit(main(sys.argv[1:]))"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
-    )
-    deadline = time.monotonic() + PATIENCE
     table = run / "generations.csv"
-    while time.monotonic() < deadline and process.poll() is None:
-        if table.exists() and table.read_bytes().count(b"\n") > 8 * KILLED_AFTER:
-            break
-        time.sleep(0.001)
-    return process
+
+    def written():
+        return table.exists() and table.read_bytes().count(b"\n") > 8 * KILLED_AFTER
+
+    with flexsim(*arguments) as process:
+        wait_for(written, process)
+        yield process
 
 
 def assert_same_run(run, whole):
@@ -274,10 +271,9 @@ def assert_same_run(run, whole):
 
 def test_a_killed_run_continues_to_the_same_bits(finished, tmp_path):
     run = tmp_path / "killed"
-    process = start_run(run)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
-    assert process.returncode == -signal.SIGKILL
+    with started(run) as process:
+        process.send_signal(signal.SIGKILL)
+        assert process.wait(PATIENCE) == -signal.SIGKILL
     written = lines_of(run)
     assert written == lines_of(finished)[: len(written)]
     assert 8 * KILLED_AFTER < len(written) < len(lines_of(finished))
@@ -288,10 +284,10 @@ def test_a_killed_run_continues_to_the_same_bits(finished, tmp_path):
 
 def test_ctrl_c_says_how_to_continue(finished, tmp_path):
     run = tmp_path / "interrupted"
-    process = start_run(run)
-    process.send_signal(signal.SIGINT)
-    complaint = process.communicate()[1].decode()
-    assert process.returncode == 130
+    with started(run) as process:
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 130
     assert complaint.count("\n") == 1
     assert f"--resume {run}" in complaint
     assert main(["tune", "--resume", str(run)]) == 0
@@ -433,6 +429,50 @@ def test_bad_options_get_one_line_and_write_nothing(tmp_path, capsys, options, w
     assert complaint.count("\n") == 1
     assert any(each in complaint for each in word.split("|"))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_refused_by_its_first_generation_leaves_nothing(tmp_path, capsys, monkeypatch):
+    """Neither its folder, nor the parents that it would have made."""
+
+    def refuse(*_):
+        raise ParameterError("no individual can be simulated")
+
+    monkeypatch.setattr(tune_module, "tune", refuse)
+    assert main(["tune", "--out", str(tmp_path / "new" / "deep" / "run")]) == 2
+    assert capsys.readouterr().err == "flexsim: no individual can be simulated\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_force_replaces_a_finished_run_alone(finished, copied, capsys):
+    """Its marker names all that it wrote; what somebody put there keeps the whole run."""
+    (copied / "notes").write_text("dear")
+    words = ["tune", "--trajectory", "circle", *SMALL, "--seed", "5", "--force", "--out"]
+    assert main([*words, str(copied)]) == 2
+    assert "holds notes, which the run did not write" in capsys.readouterr().err
+    (copied / "notes").unlink()
+    assert main([*words, str(copied)]) == 0
+    assert_same_run(copied, finished)
+
+
+def test_generations_behind_a_link_are_refused(copied, tmp_path, capsys):
+    (copied / "generations.csv").rename(tmp_path / "mine")
+    (copied / "generations.csv").symlink_to(tmp_path / "mine")
+    before = (tmp_path / "mine").read_bytes()
+    assert main(["tune", "--resume", str(copied)]) == 2
+    assert "is a symbolic link" in capsys.readouterr().err
+    assert (tmp_path / "mine").read_bytes() == before
+
+
+@pytest.mark.parametrize("given", ["/dev/zero", "pipe.toml", "folder.toml", "huge.toml"])
+def test_a_distribution_that_is_no_small_file_is_refused(tmp_path, capsys, given):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "folder.toml").mkdir()
+    with (tmp_path / "huge.toml").open("wb") as file:
+        file.truncate(1 << 40)
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    name = tmp_path / (given if given.endswith("toml") else "zero.toml")
+    assert main(["tune", "--distribution", str(name), "--out", str(tmp_path / "run")]) == 2
+    assert capsys.readouterr().err.startswith(f"flexsim: {name}: cannot read the distribution: it is ")
 
 
 def test_orders_given_for_pids_are_refused(tmp_path):

@@ -287,7 +287,10 @@ def test_once_with_a_bad_file_has_status_2(capsys: pytest.CaptureFixture[str]) -
     [
         ("none.xml", "there is no file none.xml; give an MJCF file that exists"),
         ("my.xml --no-viewer --rrd a.rrd", "--connect, --no-viewer and --rrd exclude each other"),
-        ("my.xml --rrd none/a.rrd", "none/a.rrd: there is no such folder"),
+        (
+            "my.xml --rrd none/a.rrd",
+            "none/a.rrd: cannot write the recording: there is",
+        ),
         ("my.xml --connect nonsense", "'nonsense' is no viewer's address; give one as rerun+http"),
     ],
 )
