@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -185,7 +186,7 @@ def test_files_of_spreadsheets_are_read(tmp_path: Path, prefix: str, end: str) -
         (HEADER.encode() + b"0.5,0,0\n", ("line 2", "t = 0.5 s where 0 s is due", "1 ms")),
         (HEADER.encode() + b"0,0,0\n0,0,0\n", ("line 3", "0.001 s is due")),
         (HEADER.encode() + b'"0\n', ("line 2",)),
-        (b"\xff\xfe\x00t", ("not a CSV file",)),
+        (b"\xff\xfe\x00t", ("not text in UTF-8",)),
         (bytes(5000), ("the first line is", "...")),
         (HEADER.encode() + b'"' + b"x" * 200_000 + b'"\n', ("not a CSV file",)),
     ],
@@ -228,6 +229,33 @@ def test_options_are_refused(
     write_torque(tmp_path / "tau.csv", np.zeros((2, 2)))
     said = refused(tmp_path, capsys, *options.split())
     assert all(word in said for word in words), said
+
+
+@pytest.mark.parametrize("name", ["zero", "pipe", "folder"])
+def test_a_torque_that_is_no_file_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("zero").symlink_to("/dev/zero")
+    os.mkfifo("pipe")
+    Path("folder").mkdir()
+    said = refused(tmp_path, capsys, "--torque", name, "--out", "o.csv")
+    assert f"{name}: cannot read the torque file: it is a" in said
+
+
+@pytest.mark.parametrize("name", ["link", "dangling", "pipe"])
+def test_only_a_regular_file_is_overwritten(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_torque(tmp_path / "tau.csv", np.zeros((2, 2)))
+    Path("mine").write_text("mine")
+    Path("link").symlink_to("mine")
+    Path("dangling").symlink_to("nothing")
+    os.mkfifo("pipe")
+    said = refused(tmp_path, capsys, "--torque", "tau.csv", "--out", name, "--force")
+    assert f"{name}: cannot write the motion: it is a" in said
+    assert Path("mine").read_text() == "mine" and not Path("nothing").exists()
 
 
 @pytest.mark.parametrize("plant", PLANTS)

@@ -472,7 +472,9 @@ def test_a_distribution_that_is_no_small_file_is_refused(tmp_path, capsys, given
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     name = tmp_path / (given if given.endswith("toml") else "zero.toml")
     assert main(["tune", "--distribution", str(name), "--out", str(tmp_path / "run")]) == 2
-    assert capsys.readouterr().err.startswith(f"flexsim: {name}: cannot read the distribution: it is ")
+    complaint = capsys.readouterr().err
+    assert complaint.startswith(f"flexsim: {name}: cannot read the distribution: it ")
+    assert complaint.count("\n") == 1
 
 
 def test_orders_given_for_pids_are_refused(tmp_path):
