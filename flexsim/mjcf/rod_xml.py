@@ -25,18 +25,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexsim.arm.chain_design import plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.mjcf.chain_xml import (
+from flexsim.mjcf.arm_xml import (
     BENT_TIP,
     HOME,
-    _actuators,
-    _beam,
-    _defaults,
-    _f,
-    _looks,
-    _worldbody,
+    actuators,
+    defaults,
+    document,
+    keyframes,
+    looks,
+    num,
+    sensors,
+    worldbody,
 )
 from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
@@ -53,6 +54,14 @@ EDGE_SOLIMP = "0.9999 0.9999 0.001"  # the hardest that MuJoCo allows
 EDGE_STEPS = 2.0  # time constant of the edges in steps, the shortest that MuJoCo allows
 LONGEST_STEP = 1e-3  # [s] the control period of the paper
 WIDTH = 98  # characters of a row of numbers
+SLIDES = """\
+      <!-- a vertex slides along the hub's axis and across it -->
+      <default class="along">
+        <joint type="slide" axis="1 0 0"/>
+      </default>
+      <default class="across">
+        <joint type="slide" axis="0 1 0"/>
+      </default>"""
 FREE_OVER_CLAMPED = 1.05  # bounds the highest frequency with free joints by that with locked ones
 
 
@@ -123,17 +132,19 @@ def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | Non
     timestep = stable_rod_step(parameters, elements) if step is None else step
     if not (math.isfinite(timestep) and timestep > 0):
         raise ParameterError(f"step is {timestep!r} s; give a finite number, more than 0")
-    sections = (
+    moved = bent_vertices(parameters, layout)
+    straight = _rows([num(*HOME), *["0 0"] * len(moved)], 27, "  ")
+    bent = _rows([num(*HOME), *(num(*np.round(pair, 7)) for pair in moved)], 27, "  ")
+    return document(
         _header(elements, timestep),
-        _looks(parameters),
-        _rod_defaults(parameters),
-        _rod_worldbody(parameters, layout),
+        looks(parameters),
+        defaults(SLIDES),
+        worldbody(parameters, _vertices(parameters, layout)),
         _flex(parameters, layout, timestep),
-        _actuators(parameters),
-        _SENSORS,
-        _keyframes(parameters, layout),
+        actuators(parameters),
+        sensors(),
+        keyframes(parameters, straight, bent),
     )
-    return "\n\n".join(section.strip("\n") for section in sections) + "\n</mujoco>\n"
 
 
 def _header(elements: int, timestep: float) -> str:
@@ -152,58 +163,32 @@ def _header(elements: int, timestep: float) -> str:
   <!-- The arm moves in a horizontal plane: no gravity, nothing to touch. Diverging runs are for
        the caller to judge: no automatic reset. No warm start: a step depends on its state alone.
        RK4 needs timestep * highest frequency < 2.8; `discrete` would damp the vibration -->
-  <option timestep="{_f(timestep)}" integrator="RK4">
+  <option timestep="{num(timestep)}" integrator="RK4">
     <flag contact="disable" gravity="disable" autoreset="disable" warmstart="disable"/>
   </option>"""
-
-
-def _rod_defaults(p: Parameters) -> str:
-    """Return the chain's defaults, the class of the vertices in place of the beam's."""
-    text = _defaults(p)
-    before = text[: text.index('      <default class="beam">')]
-    looks = text[text.index('      <default class="visual">') :]
-    looks = looks[: looks.index('        <default class="strip">')]
-    return f"""{before}\
-      <!-- a vertex slides along the hub's axis and across it -->
-      <default class="along">
-        <joint type="slide" axis="1 0 0"/>
-      </default>
-      <default class="across">
-        <joint type="slide" axis="0 1 0"/>
-      </default>
-{looks}\
-      </default>
-    </default>
-  </default>"""
-
-
-def _rod_worldbody(p: Parameters, layout: RodLayout) -> str:
-    """Return the chain's world with the vertices in place of the beam."""
-    any_chain = plain_chain(p, 3)
-    return _worldbody(p, any_chain).replace(_beam(p, any_chain), _vertices(p, layout))
 
 
 def _vertices(p: Parameters, layout: RodLayout) -> str:
     """Return the root piece and the bodies of the vertices."""
     x, n = layout.vertices, len(layout.masses)
-    inertia = _f(*[POINT_INERTIA] * 3)
+    L, inertia = num(p.L), num(*[POINT_INERTIA] * 3)
     lines = [
         f"""\
         <!-- clamped at r, (21): the root holds the first edge, whose middle is the clamp, and
-             the part of the beam that the vertices leave; of rho = {_f(p.rho)} kg/m, (24) -->
-        <body name="root" pos="{_f(p.r)} 0 0">
-          <inertial pos="{_f(layout.root_centre)} 0 0" mass="{_f(layout.root_mass)}"
-                    diaginertia="{_f(*[layout.root_inertia] * 3)}"/>
+             the part of the beam that the vertices leave; of rho = {num(p.rho)} kg/m, (24) -->
+        <body name="root" pos="{num(p.r)} 0 0">
+          <inertial pos="{num(layout.root_centre)} 0 0" mass="{num(layout.root_mass)}"
+                    diaginertia="{num(*[layout.root_inertia] * 3)}"/>
         </body>
-        <!-- {n} elements of L/({n} + 1/sqrt 6), with L = {_f(p.L)} m, (22); masses: rho times that,
+        <!-- {n} elements of L/({n} + 1/sqrt 6), with L = {L} m, (22); masses: rho times that,
              the last three times {GREGORY_SPOKEN} -->"""
     ]
     for j, (position, mass) in enumerate(zip(p.r + x[1:], layout.masses, strict=True), start=1):
         lines += [
-            f'        <body name="vertex{j}" pos="{_f(position)} 0 0">',
+            f'        <body name="vertex{j}" pos="{num(position)} 0 0">',
             f'          <joint name="along{j}" class="along"/>',
             f'          <joint name="across{j}" class="across"/>',
-            f'          <inertial pos="0 0 0" mass="{_f(mass)}" diaginertia="{inertia}"/>',
+            f'          <inertial pos="0 0 0" mass="{num(mass)}" diaginertia="{inertia}"/>',
             "        </body>",
         ]
     lines[-1:] = [
@@ -217,26 +202,26 @@ def _vertices(p: Parameters, layout: RodLayout) -> str:
 def _flex(p: Parameters, layout: RodLayout, timestep: float) -> str:
     n, first = len(layout.masses), layout.vertices[0]
     bodies = _rows(["root", "root", *(f"vertex{j}" for j in range(1, n + 1))], 16)
-    points = _rows([_f(-first, 0, 0), _f(first, 0, 0), *["0 0 0"] * n], 18, "  ")
+    points = _rows([num(-first, 0, 0), num(first, 0, 0), *["0 0 0"] * n], 18, "  ")
     elements = _rows([f"{j} {j + 1}" for j in range(n + 1)], 19, "  ")
-    young = p.EI / (math.pi * RADIUS**4 / 4)
+    EI, young = num(p.EI), p.EI / (math.pi * RADIUS**4 / 4)
     return f"""
   <deformable>
-    <!-- young: EI = {_f(p.EI)} N m2, (26), over the second moment pi radius^4/4 of a round section:
+    <!-- young: EI = {EI} N m2, (26), over the second moment pi radius^4/4 of a round section:
          only their product enters. A round one, since the box of the strip would bring its stiff
          axis out of the plane. damping: the paper's beam has none -->
-    <flex name="rod" dim="1" radius="{_f(RADIUS)}" material="steel"
+    <flex name="rod" dim="1" radius="{num(RADIUS)}" material="steel"
           body="{bodies}"
           vertex="{points}"
           element="{elements}">
-      <elasticity young="{_f(young)}" damping="0"/>
+      <elasticity young="{num(young)}" damping="0"/>
     </flex>
   </deformable>
 
   <equality>
     <!-- edges keep their lengths. As hard as MuJoCo allows: a time constant of two steps, and an
          impedance of 0.9999; with the soft defaults the rod stretches, and the tip is off by mm -->
-    <flex name="edges" flex="rod" solref="{_f(EDGE_STEPS * timestep)} 1" solimp="{EDGE_SOLIMP}"/>
+    <flex name="edges" flex="rod" solref="{num(EDGE_STEPS * timestep)} 1" solimp="{EDGE_SOLIMP}"/>
   </equality>"""
 
 
@@ -251,18 +236,6 @@ def _rows(groups: list[str], indent: int, between: str = " ") -> str:
     return ("\n" + " " * indent).join(rows)
 
 
-_SENSORS = """
-  <sensor>
-    <jointpos name="theta1" joint="joint1"/>
-    <jointpos name="theta2" joint="joint2"/>
-    <jointvel name="theta1_rate" joint="joint1"/>
-    <jointvel name="theta2_rate" joint="joint2"/>
-    <framepos name="tip" objtype="site" objname="tip"/>
-    <!-- y is the tip deflection v -->
-    <framepos name="tip_in_hub" objtype="site" objname="tip" reftype="site" refname="hub"/>
-  </sensor>"""
-
-
 def bent_vertices(parameters: Parameters, layout: RodLayout) -> Array:
     """Return displacements (N, 2) of the vertices under the tip force that bends by BENT_TIP L.
 
@@ -275,16 +248,3 @@ def bent_vertices(parameters: Parameters, layout: RodLayout) -> Array:
     slope = np.cumsum(force * (p.L - x[:-1]) * tributary / p.EI)  # (N,) of the edges
     along = h * np.cumsum(np.cos(slope) - 1)
     return np.column_stack([along, h * np.cumsum(np.sin(slope))])
-
-
-def _keyframes(p: Parameters, layout: RodLayout) -> str:
-    moved = bent_vertices(p, layout)
-    force = BENT_TIP * p.L / p.static_compliance
-    straight = _rows([_f(*HOME), *["0 0"] * len(moved)], 27, "  ")
-    bent = _rows([_f(*HOME), *(_f(*np.round(pair, 7)) for pair in moved)], 27, "  ")
-    return f"""
-  <keyframe>
-    <key name="home" qpos="{straight}"/>
-    <!-- at rest under a force of {force:.3g} N at the tip, across the beam: v = {BENT_TIP:g} L -->
-    <key name="bent" qpos="{bent}"/>
-  </keyframe>"""
