@@ -10,6 +10,7 @@ x runs from r to r + L along the undeformed beam, as in the paper; s = x - r fro
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,6 +20,9 @@ from scipy.optimize import brentq
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.numerics.dense import product
+from flexsim.numerics.jit import jit
+from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 
 MODES_MAX = 40  # quadrature of products of modes is checked to rounding up to here
@@ -37,21 +41,63 @@ def beta_lengths(n: int) -> tuple[float, ...]:
 
 @lru_cache
 def _beta_lengths(n: int) -> tuple[float, ...]:
-    # cos b + 1/cosh b: the same roots, without overflow; one within 0.31 of each (i - 1/2) pi
+    # cos b + 1/cosh b: the same roots, without overflow; one within 0.31 of each (i - 1/2) pi.
+    # brentq closes in on a change of sign, so what it returns is a root, or it raises
     roots = []
     for i in range(1, n + 1):
-        middle = (i - 0.5) * np.pi
+        middle = (i - 0.5) * math.pi
         roots.append(
-            brentq(lambda b: np.cos(b) + 1 / np.cosh(b), middle - 0.4, middle + 0.4, xtol=1e-15)
+            brentq(lambda b: math.cos(b) + 1 / math.cosh(b), middle - 0.4, middle + 0.4, xtol=1e-15)
         )
     return tuple(roots)
+
+
+@jit
+def mode_constants(b: float):  # type: ignore[no-untyped-def]
+    """Return (1 - sigma)/2 e^b and sigma of (15) at b = beta L [-].
+
+    sigma is the quotient (cosh + cos)/(sinh + sin), multiplied through by e^-b, so that large b
+    cannot overflow.
+    """
+    e = math.exp(-b)
+    below = 1.0 - e * e + 2.0 * e * math.sin(b)
+    growing = (math.sin(b) - math.cos(b) - e) / below
+    return growing, (1.0 + e * e + 2.0 * e * math.cos(b)) / below
+
+
+@jit
+def mode_shape(b: float, growing: float, quotient: float, s: float, derivative: int) -> float:
+    """Return one mode (15), or a derivative, at s = s/L [-]; the constants of `mode_constants`.
+
+    Source: (15), with cosh - sigma sinh written through decaying exponentials, the factor e^-b
+    inside 1 - sigma taken into the exponent.
+    """
+    rising, falling = growing * math.exp(b * (s - 1.0)), 0.5 * (1.0 + quotient) * math.exp(-b * s)
+    cosine, sine = math.cos(b * s), math.sin(b * s)
+    if derivative % 2:
+        falling, cosine, sine = -falling, -sine, cosine  # each differentiated once
+    around = quotient * sine - cosine
+    if derivative % 4 > 1:
+        around = -around
+    value = rising + falling + around
+    for _ in range(derivative):
+        value *= b
+    return value
+
+
+@jit
+def _fill_shapes(b: Array, s: Array, derivative: int, out: Array) -> None:
+    """Fill out (K, n) with the modes of b (n,) at s (K,)."""
+    for i in range(b.shape[0]):
+        growing, quotient = mode_constants(b[i])
+        for k in range(s.shape[0]):
+            out[k, i] = mode_shape(b[i], growing, quotient, s[k], derivative)
 
 
 def sigma(beta_length: ArrayLike) -> Array:
     """Return the quotient (cosh + cos)/(sinh + sin) of (15) at beta L [-]."""
     b = np.asarray(beta_length, dtype=float)
-    e = np.exp(-b)  # multiplied through by e^-b, so that large b cannot overflow
-    return (1 + e * e + 2 * e * np.cos(b)) / (1 - e * e + 2 * e * np.sin(b))
+    return np.array([mode_constants(each)[1] for each in b.flat]).reshape(b.shape)
 
 
 def mode_shapes(n: int, s_over_L: ArrayLike, derivative: int = 0) -> Array:
@@ -65,23 +111,12 @@ def mode_shapes(n: int, s_over_L: ArrayLike, derivative: int = 0) -> Array:
     Returns:
         (..., n), normalised as in (15): the integral of chi_i^2 over the beam is L.
 
-    Source: (15), with cosh - sigma sinh written through decaying exponentials.
+    Source: (15).
     """
-    s = np.asarray(s_over_L, dtype=float)[..., None]
-    b = np.array(beta_lengths(n))
-    quotient = sigma(b)
-    e = np.exp(-b)
-    # (1 - sigma)/2 e^(b s), with the factor e^-b inside 1 - sigma taken into the exponent
-    growing = (np.sin(b) - np.cos(b) - e) / (1 - e * e + 2 * e * np.sin(b)) * np.exp(b * (s - 1))
-    decaying = (1 + quotient) / 2 * np.exp(-b * s)
-    cosine, sine = np.cos(b * s), np.sin(b * s)
-    trigonometric = (
-        -cosine + quotient * sine,
-        sine + quotient * cosine,
-        cosine - quotient * sine,
-        -sine - quotient * cosine,
-    )[derivative % 4]
-    return b**derivative * (growing + (-1) ** derivative * decaying + trigonometric)  # (..., n)
+    s = np.asarray(s_over_L, dtype=float)
+    out = np.empty((s.size, n))
+    _fill_shapes(np.array(beta_lengths(n)), s.ravel(), derivative, out)
+    return out.reshape(*s.shape, n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +157,7 @@ def modal_integrals(parameters: Parameters, n: int) -> ModalIntegrals:
     Source: (6)-(15).
     """
     p = parameters
-    node, weight = np.polynomial.legendre.leggauss(20 + 8 * n)
+    node, weight = gauss_legendre(20 + 8 * n)
     s = (node + 1) / 2  # s/L on (0, 1)
     w = weight / 2 * p.L  # (m,) [m]
     x = p.r + p.L * s
@@ -134,7 +169,7 @@ def modal_integrals(parameters: Parameters, n: int) -> ModalIntegrals:
     S_x = p.rho * (end**2 - x**2) / 2  # (9)
 
     def integral(f: Array, left: Array, right: Array) -> Array:
-        return np.einsum("m,mi,mj->ij", w * f, left, right)
+        return product((left * (w * f)[:, None]).T, right)
 
     beta = np.array(beta_lengths(n)) / p.L
     return ModalIntegrals(
@@ -142,8 +177,8 @@ def modal_integrals(parameters: Parameters, n: int) -> ModalIntegrals:
         frequency=beta**2 * np.sqrt(p.EI / p.rho),
         tip=mode_shapes(n, 1.0),
         tip_slope=mode_shapes(n, 1.0, 1) / p.L,
-        Phi=w @ chi,  # (14)
-        x_chi=(w * x) @ chi,
+        Phi=product(w, chi),  # (14)
+        x_chi=product(w * x, chi),
         M=integral(M_x, chi_x, chi_x),  # (6)
         N=integral(S_x, chi_x, chi_x),  # (7)
         alpha=integral(M_x, chi, chi_xx),  # (12)

@@ -4,74 +4,142 @@
     >>> omega, q = chain_modes(np.array([0.25, 0.75]), np.array([2.0, 2.0]))
 
 Everything is dimensionless: lengths over L, stiffness over EI/L, frequencies over
-sqrt(EI/rho)/L^2. a: (..., N) positions of the hinges from the clamp; k: (..., N) stiffnesses;
-leading axes are a batch. A unit angle of hinge j moves the point s by max(0, s - a_j), and since
-every piece is rigid, the mass matrix of the uniform beam under these shapes is exact.
+sqrt(EI/rho)/L^2. a: (N,) positions of the hinges from the clamp; k: (N,) stiffnesses. A unit angle
+of hinge j moves the point s by max(0, s - a_j), and since every piece is rigid, the mass matrix of
+the uniform beam under these shapes is exact. All is compiled scalar code, for `chain_design`.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from flexsim.arm.beam import beta_lengths, mode_shapes, sigma
+from flexsim.arm.beam import beta_lengths, mode_constants, mode_shape
+from flexsim.errors import ModelError
+from flexsim.numerics.eigen import rotated
+from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
 TUNED_MODES = 3
 
 
+def beam_modes() -> Array:
+    """Return (3, 3) of the beam's modes: beta_i L, and the two constants of `mode_constants`."""
+    return np.array([(b, *mode_constants(b)) for b in beta_lengths(TUNED_MODES)])
+
+
+@jit
 def mass_matrix(a: Array) -> Array:
-    """Return the mass matrix (..., N, N) in hinge angles, int max(0, s-a_i) max(0, s-a_j) ds."""
-    nearer = np.minimum(a[..., :, None], a[..., None, :])
-    farther = np.maximum(a[..., :, None], a[..., None, :])
-    u = 1 - farther
-    mass: Array = u**3 / 3 + (farther - nearer) * u**2 / 2  # (..., N, N)
+    """Return the mass matrix (N, N) in hinge angles, int max(0, s-a_i) max(0, s-a_j) ds."""
+    mass = np.empty((a.shape[0], a.shape[0]))
+    for i in range(a.shape[0]):
+        for j in range(a.shape[0]):
+            u = 1.0 - max(a[i], a[j])
+            mass[i, j] = u * u * u / 3.0 + abs(a[i] - a[j]) * u * u / 2.0
     return mass
 
 
+@jit
+def fill_modes(a: Array, k: Array, omega: Array, q: Array) -> bool:
+    """Fill frequencies (N,) and hinge angles (N, N) as `chain_modes`; return whether it could."""
+    n = a.shape[0]
+    flexibility = mass_matrix(a)
+    for i in range(n):
+        for j in range(n):
+            flexibility[i, j] /= math.sqrt(k[i]) * math.sqrt(k[j])
+    inverse_square, vectors = np.empty(n), np.empty((n, n))
+    if not rotated(flexibility, inverse_square, vectors) or not inverse_square[0] > 0.0:
+        return False
+    for i in range(n):
+        omega[i] = 1.0 / math.sqrt(inverse_square[n - 1 - i])
+        tip = 0.0
+        for j in range(n):
+            q[j, i] = vectors[j, n - 1 - i] * omega[i] / math.sqrt(k[j])  # q'Mq = 1
+            tip += (1.0 - a[j]) * q[j, i]
+        if (tip < 0.0) != (i % 2 == 1):
+            for j in range(n):
+                q[j, i] = -q[j, i]
+    return True
+
+
 def chain_modes(a: Array, k: Array) -> tuple[Array, Array]:
-    """Return frequencies (..., N), rising, and hinge angles (..., N, N), a column per mode.
+    """Return frequencies (N,), rising, and hinge angles (N, N), a column per mode.
 
     Modes have int chi^2 ds = 1 as (15), and its signs at the tip: plus, minus, plus, ...
+
+    Raises:
+        ModelError: two hinges are in one place, or a stiffness is not a number above 0.
     """
-    root = 1 / np.sqrt(k)
-    flexibility = root[..., :, None] * mass_matrix(a) * root[..., None, :]
-    inverse_square, vectors = np.linalg.eigh(flexibility)
-    omega = 1 / np.sqrt(inverse_square[..., ::-1])
-    q = root[..., :, None] * vectors[..., ::-1] * omega[..., None, :]  # q' M q = 1
-    tip = np.einsum("...j,...ji->...i", 1 - a, q)
-    alternating = np.where(np.arange(tip.shape[-1]) % 2, -1.0, 1.0)
-    return omega, q * (alternating * np.sign(tip))[..., None, :]
+    omega, q = np.empty(len(a)), np.empty((len(a), len(a)))
+    if not fill_modes(a, k, omega, q):
+        raise ModelError("the chain has no modes: give its hinges places and springs of their own")
+    return omega, q
 
 
+@jit
 def frequency_sensitivity(k: Array, omega: Array, q: Array) -> Array:
-    """Return d ln omega_i / d ln k_j (..., 3, N): the share of hinge j in the energy, halved."""
-    share = k[..., :, None] * q**2 / (2 * omega[..., None, :] ** 2)
-    return np.swapaxes(share[..., :TUNED_MODES], -1, -2)
+    """Return d ln omega_i / d ln k_j (3, N): the share of hinge j in the energy, halved."""
+    share = np.empty((TUNED_MODES, k.shape[0]))
+    for i in range(TUNED_MODES):
+        for j in range(k.shape[0]):
+            share[i, j] = k[j] * q[j, i] * q[j, i] / (2.0 * omega[i] * omega[i])
+    return share
+
+
+@jit
+def fill_shape_errors(a: Array, k: Array, q: Array, beam: Array, errors: Array) -> None:
+    """Fill errors (10,) as `shape_errors`; beam: of `beam_modes`."""
+    errors[:] = 0.0
+    for j in range(a.shape[0]):
+        u = 1.0 - a[j]
+        for i in range(TUNED_MODES):  # the integrals of max(0, s - a)
+            errors[i] += u * u / 2.0 * q[j, i]
+            errors[3 + i] += (u * u * u / 3.0 + a[j] * u * u / 2.0) * q[j, i]
+            errors[6 + i] += u * q[j, i]
+        errors[9] += 3.0 * u * u / k[j]
+    for i in range(TUNED_MODES):
+        b, growing, quotient = beam[i, 0], beam[i, 1], beam[i, 2]
+        errors[i] /= 2.0 * quotient / b
+        errors[3 + i] /= 2.0 / (b * b)
+        errors[6 + i] /= mode_shape(b, growing, quotient, 1.0, 0)
+    errors -= 1.0
 
 
 def shape_errors(a: Array, k: Array, q: Array) -> Array:
-    """Return ten relative errors (..., 10) against the beam, in the order of the columns.
+    """Return ten relative errors (10,) against the beam.
 
     Three each of int chi_i ds, int s chi_i ds and chi_i(tip); then of the static tip compliance.
     The beam's: 2 sigma/b, 2/b^2, 2 (-1)^(i+1), with b = beta_i L; and 1/3.
     """
-    b = np.array(beta_lengths(TUNED_MODES))
-    u = 1 - a
-    per_hinge = (u**2 / 2, u**3 / 3 + a * u**2 / 2, u)  # the same integrals of max(0, s - a)
-    beam = (2 * sigma(b) / b, 2 / b**2, mode_shapes(TUNED_MODES, 1.0))
-    modes = [
-        np.einsum("...j,...ji->...i", hinge, q[..., :TUNED_MODES]) / exact - 1
-        for hinge, exact in zip(per_hinge, beam, strict=True)
-    ]
-    compliance = 3 * np.sum(u**2 / k, axis=-1, keepdims=True) - 1
-    return np.concatenate([*modes, compliance], axis=-1)
+    errors = np.empty(10)
+    fill_shape_errors(a, k, q, beam_modes(), errors)
+    return errors
+
+
+@jit
+def fill_shapes(a: Array, q: Array, beam: Array, chain: Array, exact: Array) -> None:
+    """Fill chain and exact (N+1, 3) as `shapes_at_nodes`; beam: of `beam_modes`."""
+    n = a.shape[0]
+    for i in range(TUNED_MODES):
+        b, growing, quotient = beam[i, 0], beam[i, 1], beam[i, 2]
+        chain_length = exact_length = 0.0
+        for node in range(n + 1):
+            s = a[node] if node < n else 1.0
+            moved = 0.0
+            for j in range(min(node, n)):
+                moved += (s - a[j]) * q[j, i]
+            chain[node, i] = moved
+            exact[node, i] = mode_shape(b, growing, quotient, s, 0)
+            chain_length += moved * moved
+            exact_length += exact[node, i] * exact[node, i]
+        for node in range(n + 1):
+            chain[node, i] /= math.sqrt(chain_length)
+            exact[node, i] /= math.sqrt(exact_length)
 
 
 def shapes_at_nodes(a: Array, q: Array) -> tuple[Array, Array]:
-    """Return the first modes of chain and beam at hinges and tip (..., N+1, 3), unit columns."""
-    nodes = np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
-    moved = np.maximum(nodes[..., :, None] - a[..., None, :], 0)  # (..., N+1, N)
-    chain = moved @ q[..., :TUNED_MODES]
-    beam = mode_shapes(TUNED_MODES, nodes)
-    unit = [s / np.linalg.norm(s, axis=-2, keepdims=True) for s in (chain, beam)]
-    return unit[0], unit[1]
+    """Return the first modes of chain and beam at hinges and tip (N+1, 3), unit columns."""
+    chain, exact = np.empty((len(a) + 1, TUNED_MODES)), np.empty((len(a) + 1, TUNED_MODES))
+    fill_shapes(a, q, beam_modes(), chain, exact)
+    return chain, exact

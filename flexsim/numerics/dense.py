@@ -33,7 +33,7 @@ def product(left: ArrayLike, right: ArrayLike) -> Array:
     """
     a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
     flat = _product(_plain(a.reshape(-1, a.shape[-1])), _plain(b.reshape(len(b), -1)))
-    return flat.reshape(a.shape[:-1] + b.shape[1:])
+    return flat.reshape(a.shape[:-1] + b.shape[1:])[()]
 
 
 @jit

@@ -62,8 +62,10 @@ def test_frequency_sensitivity_is_a_derivative() -> None:
     a, k = np.array([0.1, 0.4, 0.7, 0.9]), np.array([9.0, 5.0, 4.0, 6.0])
     omega, q = chain_modes(a, k)
     step = 1e-6 * np.eye(4)
-    rise = np.log(chain_modes(a, k * np.exp(step))[0] / chain_modes(a, k * np.exp(-step))[0])
-    difference = (rise / 2e-6).T[:3]
+    rise = [
+        np.log(chain_modes(a, k * np.exp(s))[0] / chain_modes(a, k * np.exp(-s))[0]) for s in step
+    ]
+    difference = (np.array(rise) / 2e-6).T[:3]
     # central differences: rounding 1e-16 / 1e-6, truncation 1e-12
     np.testing.assert_allclose(frequency_sensitivity(k, omega, q), difference, atol=1e-9)
 
@@ -90,7 +92,7 @@ def test_plain_chain_of_eight() -> None:
     np.testing.assert_allclose(errors, [0.36, 1.26, 2.03], atol=0.005)  # quoted to 2 digits
 
 
-@pytest.mark.parametrize("segments", [3, 4, 5, 6, 8, 10])
+@pytest.mark.parametrize("segments", range(3, 17))
 def test_first_three_frequencies_are_the_beams(segments: int) -> None:
     design = design_chain(PARAMETERS, segments)
     exact = modal_integrals(PARAMETERS, 3).frequency
