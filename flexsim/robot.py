@@ -20,12 +20,14 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
 from flexsim.loop.settings import Setting
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
-from flexsim.mjcf.bodies import parts, require_linear
-from flexsim.mjcf.chain_file import ChainModel, load_chain
+from flexsim.mjcf.bodies import parts
+from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import changed, with_motors
-from flexsim.mjcf.rod_file import RodModel, load_rod
+from flexsim.mjcf.linear_checks import require_linear
+from flexsim.mjcf.load import load_arm
+from flexsim.mjcf.names import Names
+from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
-from flexsim.mjcf.text import is_rod, read_mjcf
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
@@ -69,8 +71,13 @@ class Robot:
         beam: str = "file",
         parameters: Parameters | None = None,
         text: str | None = None,
+        names: Names | None = None,
     ) -> Robot:
         """Return the robot of an MJCF file or its text; without one, that of the parameters.
+
+        Args:
+            mjcf, text: file, or what one has. beam: see `Robot`. parameters: of a robot without.
+            names: that the file has for the parts of the arm, if others than ours.
 
         Raises:
             ParameterError: an unknown beam, or what contradicts the file.
@@ -81,14 +88,15 @@ class Robot:
         if mjcf is None and text is None:
             if beam != "file":
                 raise ParameterError(f"--beam {beam} has no effect without --mjcf; add a file")
+            for ours, theirs in (names or Names()).given().items():
+                raise ParameterError(f"--{ours} {theirs} has no effect without --mjcf; add a file")
             return cls(parameters or Parameters())
         if parameters not in (None, Parameters()):
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
-        if is_rod(read_mjcf(mjcf) if text is None and mjcf is not None else text or ""):
-            rod = load_rod(mjcf, text)
-            return cls(parameters_of_rod(rod), beam=beam, rod=rod)
-        file = load_chain(mjcf, text)
-        return cls(parameters_of(file), file, beam)
+        arm = load_arm(mjcf, text, names)
+        if isinstance(arm, RodModel):
+            return cls(parameters_of_rod(arm), beam=beam, rod=arm)
+        return cls(parameters_of(arm), arm, beam)
 
     def changed(self, stiffness: float, density: float, payload: float) -> Robot:
         """Return the robot with its beam's stiffness and density times a factor, and a payload.

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.chain_file import ChainModel
-from flexsim.mjcf.rod_file import RodModel
+from flexsim.mjcf.checks import straight
+from flexsim.mjcf.linear_checks import linear_reasons, refuse
 from flexsim.numerics.types import Array
 
 OFF_AXIS = 1e-9  # [m] how far from the beam's axis a centre of mass may lie
@@ -46,10 +47,7 @@ class Bodies:
 
 def _bodies(model: mujoco.MjModel, ids: NDArray[np.intp], axis: float) -> Bodies:
     """Return the bodies with these indices, arm straight, about the axis at x = axis [m]."""
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
+    data = straight(model)
     z = data.ximat.reshape(-1, 3, 3)[:, 2, :]  # (B, 3) vertical in each body's principal axes
     inertia = np.sum(z**2 * model.body_inertia, axis=1)
     return Bodies(
@@ -139,91 +137,19 @@ def _carried(model: mujoco.MjModel, heads: Sequence[int]) -> NDArray[np.bool_]:
     return member
 
 
-def _require_on_axis(chain: ChainModel, bodies: Bodies) -> None:
-    """Raise a ModelError for a mass beside the beam's axis, which the equations do not have."""
-    data = mujoco.MjData(chain.model)
-    data.qpos[:] = 0.0
-    mujoco.mj_kinematics(chain.model, data)
-    for i in bodies.ids:
-        aside = data.xipos[i, 1]
-        if chain.model.body_mass[i] > 0 and abs(aside) > OFF_AXIS:
-            name = chain.model.body(i).name
-            _refuse(chain, f"body {name!r} has its centre of mass {aside:g} m beside the axis")
+def _beside_axis(chain: ChainModel, bodies: Bodies) -> list[str]:
+    """Return masses beside the beam's axis, which the equations do not have."""
+    data = straight(chain.model)
+    return [
+        f"body {chain.model.body(i).name!r} has its centre of mass {data.xipos[i, 1]:g} m beside "
+        "the axis"
+        for i in bodies.ids
+        if chain.model.body_mass[i] > 0 and abs(data.xipos[i, 1]) > OFF_AXIS
+    ]
 
 
 def require_carried(chain: ChainModel) -> None:
-    """Raise a ModelError naming the first thing in a file that the assumed modes do not have."""
+    """Raise a ModelError naming all in a file that the assumed modes do not have."""
     _, hub, beam = parts(chain)
-    _require_on_axis(chain, hub)
-    _require_on_axis(chain, beam)
-    require_linear(chain)
-
-
-def require_linear(arm: ChainModel | RodModel, joint_springs: bool = False) -> None:
-    """Raise a ModelError for joints, motors, options or surroundings that the modes do not have.
-
-    joint_springs: whether those of joints 1 and 2 are taken, as a linearisation does.
-    """
-    model = arm.model
-    checks = (
-        ("a spring (stiffness)", model.jnt_stiffness[:2] * (not joint_springs)),
-        ("dry friction (frictionloss)", model.dof_frictionloss),
-        ("a limited range", model.jnt_limited),
-        ("a limited torque (actuatorfrcrange)", model.jnt_actfrclimited),
-        (
-            "a spring that is not at rest in the straight arm (springref)",
-            model.qpos_spring * (model.jnt_stiffness > 0),
-        ),
-        ("a spring that is not linear", np.abs(model.jnt_stiffnesspoly).max(axis=1)),
-        ("a spring that yields", model.jnt_springyield),
-        ("a damper that is not linear", np.abs(model.dof_dampingpoly).max(axis=1)),
-    )
-    for what, values in checks:
-        for i in np.flatnonzero(values):
-            _refuse(arm, f"joint {model.joint(int(i)).name!r} has {what}")
-    for what, values in (
-        ("a limited range", model.actuator_ctrllimited | model.actuator_forcelimited),
-        ("an armature of its own; give the joint one", model.actuator_armature),
-        ("a damping of its own; give the joint one", model.actuator_damping),
-        ("a delay", model.actuator_delay),
-        ("a group that is disabled", [_disabled(model, i) for i in range(model.nu)]),
-    ):
-        for i in np.flatnonzero(values):
-            _refuse(arm, f"actuator {model.actuator(int(i)).name!r} has {what}")
-    for what, bit in (
-        ("springs", mujoco.mjtDisableBit.mjDSBL_SPRING),
-        ("dampers", mujoco.mjtDisableBit.mjDSBL_DAMPER),
-        ("actuation", mujoco.mjtDisableBit.mjDSBL_ACTUATION),
-    ):
-        if model.opt.disableflags & bit:
-            _refuse(arm, f"the option's flag disables {what}")
-    _require_free_space(arm)
-
-
-def _disabled(model: mujoco.MjModel, actuator: int) -> bool:
-    """Return whether the options switch an actuator's group off."""
-    return bool(model.opt.disableactuator >> int(model.actuator_group[actuator]) & 1)
-
-
-def _require_free_space(arm: ChainModel | RodModel) -> None:
-    """Raise a ModelError for contacts, gravity in the plane of motion, and a medium around."""
-    model, options = arm.model, arm.model.opt
-    if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
-        touching = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
-        if model.npair:
-            _refuse(arm, f"the contact pair {model.pair(0).name!r} can touch")
-        if len(touching):
-            _refuse(arm, f"geom {model.geom(int(touching[0])).name!r} can make contact")
-    if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
-        if options.gravity[:2].any():
-            _refuse(arm, f"gravity is {options.gravity} m/s2, not along z")
-    if options.density or options.viscosity:
-        _refuse(arm, "the option density or viscosity gives the air a drag")
-
-
-def _refuse(arm: ChainModel | RodModel, what: str) -> None:
-    kind = "chain" if isinstance(arm, ChainModel) else "rod"
-    raise ModelError(
-        f"{arm.source}: {what}, which neither the assumed modes nor a linear model carry; remove "
-        f"it, or run the {kind} alone (flexsim drive or tune with --plant {kind})"
-    )
+    found = [*_beside_axis(chain, hub), *_beside_axis(chain, beam)]
+    refuse(chain, found + linear_reasons(chain.model))

@@ -9,69 +9,41 @@ chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
-from scipy.linalg import eigh
 
-from flexsim.errors import ModelError
-from flexsim.mjcf.checks import (
-    require_arm,
-    require_hinges,
-    require_masses,
-    require_physical,
-    require_used_masses,
+from flexsim.mjcf.arm_file import (
+    ArmFile,
+    Given,
+    Motion,
+    given_text,
+    highest_of,
+    longest_of,
+    read_arm,
+    require_stable_step,
 )
-from flexsim.mjcf.text import read_mjcf, with_includes
-from flexsim.numerics.mujoco_c import (
-    quiet_warnings,
-)
-from flexsim.numerics.step_limits import RK4_LIMIT, fastest_decay, longest_rk4_step
+from flexsim.mjcf.checks import straight
+from flexsim.mjcf.names import Names
+from flexsim.numerics.step_limits import POSES
 from flexsim.numerics.types import Array
-
-PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
-INTEGRATOR_NAMES = {
-    mujoco.mjtIntegrator.mjINT_RK4: "RK4",
-    mujoco.mjtIntegrator.mjINT_EULER: "Euler",
-    mujoco.mjtIntegrator.mjINT_IMPLICIT: "implicit",
-    mujoco.mjtIntegrator.mjINT_IMPLICITFAST: "implicitfast",
-    mujoco.mjtIntegrator.mjINT_DISCRETE: "discrete",
-}
-STEP_LIMITS = {  # omega step up to which an undamped oscillator stays bounded
-    mujoco.mjtIntegrator.mjINT_RK4: RK4_LIMIT,
-    mujoco.mjtIntegrator.mjINT_EULER: 2.0,
-    mujoco.mjtIntegrator.mjINT_IMPLICIT: 2.0,
-    mujoco.mjtIntegrator.mjINT_IMPLICITFAST: 2.0,
-}
-POSES = 5  # of joint 2, from stretched to folded
 
 
 @dataclass(frozen=True, eq=False)
-class ChainModel:
-    """A compiled MJCF file with its geometry.
+class ChainModel(ArmFile):
+    """A compiled MJCF file of a chain, with its geometry.
 
     Attributes:
-        model: MuJoCo's compiled model; text: the MJCF it came from, with what that includes;
-            source: its name, for messages.
-        L_R: distance between the joints [m]; clamp: from joint 2 to the beam's root [m];
+        model, text, source, L_R, clamp: see `ArmFile`.
         root: from joint 2 to the first hinge [m]; lengths: (N,) of the segments [m].
     """
 
-    model: mujoco.MjModel
-    text: str
-    source: str
-    L_R: float
-    clamp: float
+    kind = "chain"
+
     root: float
     lengths: Array
-
-    @property
-    def step(self) -> float:
-        """The physics step, the file's `timestep` [s]."""
-        return float(self.model.opt.timestep)
 
     @property
     def reach(self) -> float:
@@ -84,106 +56,39 @@ class ChainModel:
         starts = np.concatenate([[0.0], np.cumsum(self.lengths)[:-1]])
         return self.root - self.clamp + starts
 
+    def motion(self, theta2: float) -> Motion:
+        """Return M, D, K (nv, nv) of joint and hinge angles; see `ArmFile`."""
+        return chain_motion(self.model, theta2)
 
-def load_chain(path: str | Path | None = None, text: str | None = None) -> ChainModel:
+
+def load_chain(
+    path: str | Path | None = None, text: str | None = None, names: Names | None = None
+) -> ChainModel:
     """Return the chain of an MJCF file, or of its text, checked.
 
-    MuJoCo's automatic reset is switched off whatever the file says: whether a motion has
-    diverged is for the loop to judge.
-
     Args:
-        path: MJCF file; text: MJCF instead of a file.
+        path: MJCF file; text: MJCF instead of a file. names: that it has for the parts of the arm.
 
     Raises:
         ModelError: the file cannot be read, does not compile, is not the two-link arm, or its
             step is beyond what its integrator can take.
     """
-    source = str(path) if path is not None else "the MJCF text"
-    if path is not None:
-        text = read_mjcf(path)
-    if text is None:
-        raise ModelError("no MJCF given; name a file or pass its text")
-    if not text.strip():
-        raise ModelError(f"{source}: the MJCF text is empty")
-    with quiet_warnings():
-        model = _compile(path, text, source)
-        require_arm(model, source)
-        require_physical(model, source)
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        L_R, clamp, root, lengths = _geometry(model, source)
-        _require_stable_step(model, source)
-        if path is not None:
-            text = _self_contained(text, Path(path))
-    return ChainModel(model, text, source, L_R, clamp, root, lengths)
+    return chain_of(given_text(path, text, names))
 
 
-def _self_contained(text: str, path: Path) -> str:
-    """Return the MJCF of a file that compiles, such that it does without other files.
-
-    Raises:
-        ModelError: it needs some, such as meshes.
-    """
-    text = with_includes(text, path.parent)
-    try:
-        mujoco.MjSpec.from_string(text).compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise ModelError(
-            f"{path}: needs other files, which a run could not keep; leave them out "
-            f"({' '.join(str(error).split())})"
-        ) from None
-    return text
-
-
-def _compile(path: str | Path | None, text: str, source: str) -> mujoco.MjModel:
-    """Return the compiled model, read by path if given, so that an include is found beside it."""
-    try:
-        spec = (
-            mujoco.MjSpec.from_file(str(path))
-            if path is not None
-            else mujoco.MjSpec.from_string(text)
-        )
-        require_hinges(spec, source)
-        require_masses(spec, source)
-        require_used_masses(spec, source)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of numbers that are checked hereafter
-            return spec.compile()
-    except ModelError:
-        raise
-    except (ValueError, mujoco.FatalError) as error:
-        raise ModelError(f"{source}: not valid MJCF: {' '.join(str(error).split())}") from None
-
-
-def _geometry(model: mujoco.MjModel, source: str) -> tuple[float, float, float, Array]:
-    """Return L_R, clamp, root and segment lengths [m] from the straight pose of the file."""
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    mujoco.mj_kinematics(model, data)
-    names = [f"joint {model.joint(i).name!r}" for i in range(model.njnt)]
-    for name, axis, turned in zip(names, data.xaxis, model.jnt_axis, strict=True):
-        if not np.abs(axis - (0, 0, 1)).max() <= PLANE_TOLERANCE:  # so that a nan is caught
-            found = " ".join(f"{value:g}" for value in turned)
-            raise ModelError(f"{source}: {name} has the axis {found}; it must turn about z, 0 0 1")
-    ends = [*names, "site 'tip'"]
-    anchors = np.vstack([data.xanchor, data.site("tip").xpos])  # (N+3, 3)
-    for name, (x, y, z) in zip(ends, anchors, strict=True):
-        first = name == names[0]
-        if not max(abs(y), abs(z), abs(x) if first else 0.0) <= PLANE_TOLERANCE:
-            raise ModelError(
-                f"{source}: {name} is at {x:g} {y:g} {z:g} m when all angles are zero; the arm "
-                f"must {'start in the origin' if first else 'lie along the x-axis'}"
-            )
-    x = anchors[:, 0]
+def chain_of(given: Given) -> ChainModel:
+    """Return the chain of MJCF; see `load_chain`."""
+    source, text, _, model = read_arm("chain", given)
+    data = straight(model)
+    x = np.append(data.xanchor[:, 0], data.site("tip").xpos[0])  # joints, hinges, tip
     lengths = np.diff(x)
-    for i, length in enumerate(lengths):
-        if length < 0 or (length == 0 and i != 1):  # the beam may begin at joint 2
-            raise ModelError(
-                f"{source}: {ends[i + 1]} is {length:g} m along x from {ends[i]}; it must lie "
-                "beyond it"
-            )
     piece = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
     clamp = float(data.xpos[piece][0] - x[1]) if piece >= 0 else float(lengths[1])
-    return float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
+    chain = ChainModel(
+        model, text, source, float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
+    )
+    require_stable_step(chain)
+    return chain
 
 
 def mass_matrix(model: mujoco.MjModel, qpos: Array) -> Array:
@@ -209,16 +114,11 @@ def motor_matrix(model: mujoco.MjModel) -> Array:
     return S
 
 
-def integrator_name(model: mujoco.MjModel) -> str:
-    """Return the integrator of a model as MJCF names it: RK4, Euler, implicitfast, ..."""
-    return INTEGRATOR_NAMES[mujoco.mjtIntegrator(model.opt.integrator)]
-
-
-def _bent_elbow(model: mujoco.MjModel, theta2: float) -> Array:
-    """Return the configuration (nq,) with joint 2 at theta2 [rad] and the beam straight."""
-    qpos = np.zeros(model.nq)
-    qpos[1] = theta2
-    return qpos
+def chain_motion(model: mujoco.MjModel, theta2: float) -> Motion:
+    """Return M, D, K (nv, nv) of small motions about rest, joints free, at theta2 [rad]."""
+    pose = np.zeros(model.nq)
+    pose[1] = theta2
+    return mass_matrix(model, pose), np.diag(model.dof_damping), stiffness_matrix(model)
 
 
 def highest_frequency(model: mujoco.MjModel) -> float:
@@ -226,44 +126,11 @@ def highest_frequency(model: mujoco.MjModel) -> float:
 
     It bounds the step of an explicit integrator.
     """
-    K = stiffness_matrix(model)
-    highest = 0.0
-    for theta2 in np.linspace(0.0, np.pi, POSES):
-        try:
-            squared = eigh(K, mass_matrix(model, _bent_elbow(model, theta2)), eigvals_only=True)
-        except np.linalg.LinAlgError:
-            raise ModelError(
-                "the mass matrix is singular: a joint moves nothing; give its bodies inertia"
-            ) from None
-        highest = max(highest, float(np.sqrt(squared.max())))
-    return highest
-
-
-def chain_decay(model: mujoco.MjModel) -> float:
-    """Return the largest |lambda| of the damped motions of the free chain [1/s], 0 without any."""
-    K, D = stiffness_matrix(model), np.diag(model.dof_damping)
-    poses = np.linspace(0.0, np.pi, POSES)
-    return fastest_decay((mass_matrix(model, _bent_elbow(model, pose)), D, K) for pose in poses)
+    return highest_of([chain_motion(model, float(pose)) for pose in POSES])
 
 
 def longest_step(model: mujoco.MjModel) -> float | None:
     """Return the step below which the model's integrator is stable [s], None if at any step."""
-    integrator = mujoco.mjtIntegrator(model.opt.integrator)
-    if integrator not in STEP_LIMITS:
-        return None
-    omega = highest_frequency(model)
-    if integrator == mujoco.mjtIntegrator.mjINT_RK4:  # the others take the damping implicitly
-        return longest_rk4_step(omega, chain_decay(model))
-    return STEP_LIMITS[integrator] / omega
-
-
-def _require_stable_step(model: mujoco.MjModel, source: str) -> None:
-    longest, step = longest_step(model), float(model.opt.timestep)
-    if longest is not None and step >= longest:
-        name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
-        omega, decay = highest_frequency(model), chain_decay(model)
-        damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
-        raise ModelError(
-            f"{source}: timestep {step:g} s is too long for {name} with a highest frequency of "
-            f"{omega:.0f} rad/s{damping}; use less than {longest:.3g} s"
-        )
+    motions = [chain_motion(model, float(pose)) for pose in POSES]
+    longest = longest_of(model, motions, np.diag(model.dof_damping))
+    return longest if np.isfinite(longest) else None

@@ -27,6 +27,8 @@ MEMORY = 2**28  # bytes
 UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40, "P": 2**50, "E": 2**60}
 RANGE_STEPS = 10**4  # of the simulations that find actuators' ranges of length
 FILES = ("mesh", "hfield", "texture", "skin", "model", "flexcomp", "attach")
+SURROGATE = re.compile("[\ud800-\udfff]")
+SHOWN = 60  # characters of a value that a message quotes
 FACES = 6  # of a cube or a sky
 
 
@@ -65,8 +67,12 @@ def _reasons(found: list[Element]) -> Iterator[str]:
 def _of_one(element: Element) -> Iterator[str]:
     """Give what is too much of one element, and files that it needs."""
     tag, given = element.tag, element.attributes
-    if tag in FILES and any(name.startswith("file") for name in given):
-        yield f"<{tag}> needs other files, which a run could not keep; leave it out"
+    if any(SURROGATE.search(value) for value in given.values()):
+        yield f"<{tag}> has an attribute with a character reference that is no character"
+    files = [value for name, value in given.items() if name.startswith("file")]
+    if tag in FILES and files:
+        shown = f"{files[0]!r}"[:SHOWN]
+        yield f"<{tag}> needs other files, which a run could not keep, {shown}; leave it out"
     if tag == "mesh" and "builtin" in given:
         if max(_numbers(given.get("params", "")), default=0) > RESOLUTION:
             yield f"<mesh> has params over {RESOLUTION:g}; MuJoCo would build millions of triangles"

@@ -11,8 +11,12 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 
+import mujoco
+import numpy as np
+
 from flexsim.errors import ModelError
 from flexsim.mjcf.elements import ATTRIBUTE, ROOT, Element, elements, plain, quoted
+from flexsim.numerics.mujoco_c import quiet_warnings
 
 PLACES = ("body", "worldbody", "frame", "replicate")  # that joints and sites are put in
 KINDS = {  # what kind of element each name is of
@@ -28,6 +32,7 @@ REFERENCES = {  # attributes with a name of the kind
     "site": ("site", "site1", "site2", "refsite", "cranksite", "slidersite", "sidesite"),
     "actuator": ("actuator",),
 }
+NUMBER = r"[-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?"
 TYPED = {"objname": "objtype", "refname": "reftype"}  # whose kind another attribute says
 
 
@@ -38,7 +43,8 @@ class Names:
     Attributes:
         joint1, joint2: joints. motor1, motor2: actuators.
         hub, tip: sites; or a body, on which a site is put, at the place [m] that follows the name
-            ('gripper 0.02 0 0'), else in the origin of the body.
+            ('gripper 0.02 0 0'), else the hub's in the body's origin, the tip's at its far end:
+            as far along its x-axis as its geoms reach.
     """
 
     joint1: str | None = None
@@ -70,7 +76,7 @@ class Names:
             if theirs in _names_of(found, kind):
                 renamed[kind][theirs] = ours
             elif kind == "site":
-                body, place = _body_for(found, ours, theirs, source)
+                body, place = _body_for(text, found, ours, theirs, source)
                 placed[body] = placed.get(body, "") + f'<site name="{ours}" pos="{place}"/>'
             else:
                 raise ModelError(_missing(found, ours, theirs, source))
@@ -101,15 +107,39 @@ def _kind(found: list[Element], element: Element) -> str:
     return "actuator" if outer == "actuator" else element.tag
 
 
-def _body_for(found: list[Element], ours: str, theirs: str, source: str) -> tuple[int, str]:
+def _body_for(
+    text: str, found: list[Element], ours: str, theirs: str, source: str
+) -> tuple[int, str]:
     """Return the index of a body to put a site on, and the place as an attribute's text."""
-    number = r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?"
-    match = re.fullmatch(rf"(.*?)((?:\s+{number}){{3}})?", theirs.strip(), re.DOTALL)
-    name, place = (match[1], match[2] or " 0 0 0") if match else (theirs, " 0 0 0")
+    words = theirs.split()
+    name, place = " ".join(words[:-3]), words[-3:]
+    placed = len(words) > 3 and all(re.fullmatch(NUMBER, word) for word in place)
+    if not placed:
+        name = theirs
     for i, element in enumerate(found):
         if element.tag == "body" and element.attributes.get("name") == name:
-            return i, place.strip()
+            if placed:
+                return i, " ".join(place)
+            return i, f"{far_end(text, name):.12g} 0 0" if ours == "tip" else "0 0 0"
     raise ModelError(_missing(found, ours, theirs, source))
+
+
+def far_end(text: str, name: str) -> float:
+    """Return how far a body's geoms reach along its x-axis [m], 0 without any that do."""
+    try:
+        with quiet_warnings():
+            model = mujoco.MjModel.from_xml_string(text)
+    except (ValueError, mujoco.FatalError):
+        return 0.0  # why it does not compile is said when it is read
+    furthest = 0.0
+    for i in np.flatnonzero(model.geom_bodyid == model.body(name).id):
+        axes = np.empty(9)
+        mujoco.mju_quat2Mat(axes, model.geom_quat[i])
+        along = axes[:3]  # the body's x-axis in the geom's frame
+        centre, half = model.geom_aabb[i, :3], model.geom_aabb[i, 3:]
+        reach = model.geom_pos[i, 0] + along @ centre + np.abs(along) @ half
+        furthest = max(furthest, float(reach))
+    return furthest
 
 
 def _missing(found: list[Element], ours: str, theirs: str, source: str) -> str:
@@ -122,7 +152,10 @@ def _missing(found: list[Element], ours: str, theirs: str, source: str) -> str:
 
 
 def _edited(
-    text: str, found: list[Element], renamed: Mapping[str, Mapping[str, str]], placed: Mapping[int, str]
+    text: str,
+    found: list[Element],
+    renamed: Mapping[str, Mapping[str, str]],
+    placed: Mapping[int, str],
 ) -> str:
     parts, position = [], 0
     for i, element in enumerate(found):

@@ -1,8 +1,8 @@
 """MuJoCo's C functions, callable from compiled code, and its warnings, kept quiet meanwhile.
 
 A compiled loop holds a plant's state in its own array: `mj_setState` copies it in, `mj_step`
-advances it, `mj_getState` copies it out. So an `mjData` is only a workspace, one per thread,
-and no result depends on which thread ran what.
+advances it, `mj_getState` copies it out, the solver's warm start included. So an `mjData` is only
+a workspace, one per thread, and no result depends on which thread ran what.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import mujoco
 from numba import types
 
 STATE = int(mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL)
-CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
+INPUTS = int(mujoco.mjtState.mjSTATE_WARMSTART | mujoco.mjtState.mjSTATE_CTRL)
 
 
 def _library() -> ctypes.CDLL:

@@ -18,16 +18,15 @@ from numpy.typing import ArrayLike
 from flexsim.arm.beam import mode_shapes
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
-from flexsim.mjcf.bodies import require_linear
 from flexsim.mjcf.chain_file import (
     ChainModel,
-    integrator_name,
     mass_matrix,
     motor_matrix,
     stiffness_matrix,
 )
 from flexsim.mjcf.designed import designed_chain
 from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.linear_checks import require_linear
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
@@ -76,7 +75,7 @@ class ChainPlant:
     @property
     def integrator(self) -> str:
         """What takes the steps, the file's `integrator`."""
-        return integrator_name(self.chain.model)
+        return self.chain.integrator
 
     @property
     def mjcf(self) -> str:

@@ -1,6 +1,9 @@
 """MuJoCo's `mj_step` and the tip's place, as compiled loops call them for chain and rod.
 
-A state is one array of ours, `qpos` then `qvel`; an `mjData` is a workspace, one per thread.
+A state is one array of ours, `qpos` then `qvel`; an `mjData` is a workspace, one per thread. What
+else one step hands to the next, the solver's warm start where constraints act, is in the run's own
+work space, zero when a run begins as in a new `mjData`: so a run is MuJoCo's own, to the bit, and
+the same on whichever thread and after whichever other.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexsim.numerics.jit import jit
 from flexsim.numerics.mujoco_c import (
-    CONTROL,
+    INPUTS,
     STATE,
     mj_getState,
     mj_setState,
@@ -46,19 +49,34 @@ class Workspaces:
 
 
 @jit
+def _advance(model: int, data: int, state: Array, tau_1: float, tau_2: float, work: Array) -> None:
+    """Advance the state by one `mj_step`, torques held.
+
+    Args:
+        model, data: addresses. state: (2 nv,) qpos, then qvel; overwritten.
+        work: (6, nv) work space, zero when a run begins. Its last two rows, end to end, hold the
+            warm start (nv,), then the controls (2,), in MuJoCo's order.
+    """
+    inputs = work[4:].reshape(2 * work.shape[1])
+    inputs[work.shape[1]] = tau_1
+    inputs[work.shape[1] + 1] = tau_2
+    mj_setState(model, data, state.ctypes.data, STATE)
+    mj_setState(model, data, inputs.ctypes.data, INPUTS)
+    mj_step(model, data)
+    mj_getState(model, data, state.ctypes.data, STATE)
+    mj_getState(model, data, inputs.ctypes.data, INPUTS)
+
+
+@jit
 def chain_step(p: Chain, slot: int, state: Array, tau_1: float, tau_2: float, work: Array) -> None:
     """Advance the state by one `mj_step`, torques held.
 
     Args:
         slot: which thread's mjData serves as workspace.
-        state: (2 (N+2),) qpos, then qvel; overwritten. work: (6, N+2) work space.
+        state: (2 (N+2),) qpos, then qvel; overwritten.
+        work: (6, N+2) work space, zero when a run begins.
     """
-    work[0, 0] = tau_1
-    work[0, 1] = tau_2
-    mj_setState(p.model, p.data[slot], state.ctypes.data, STATE)
-    mj_setState(p.model, p.data[slot], work.ctypes.data, CONTROL)
-    mj_step(p.model, p.data[slot])
-    mj_getState(p.model, p.data[slot], state.ctypes.data, STATE)
+    _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
 
 
 @jit
@@ -92,14 +110,10 @@ def rod_step(p: Rod, slot: int, state: Array, tau_1: float, tau_2: float, work: 
 
     Args:
         slot: which thread's mjData serves as workspace.
-        state: (4 (N+1),) qpos, then qvel; overwritten. work: (6, 2 (N+1)) work space.
+        state: (4 (N+1),) qpos, then qvel; overwritten.
+        work: (6, 2 (N+1)) work space, zero when a run begins.
     """
-    work[0, 0] = tau_1
-    work[0, 1] = tau_2
-    mj_setState(p.model, p.data[slot], state.ctypes.data, STATE)
-    mj_setState(p.model, p.data[slot], work.ctypes.data, CONTROL)
-    mj_step(p.model, p.data[slot])
-    mj_getState(p.model, p.data[slot], state.ctypes.data, STATE)
+    _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
 
 
 @jit

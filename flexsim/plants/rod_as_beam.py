@@ -10,7 +10,7 @@ import numpy as np
 
 from flexsim.errors import ModelError
 from flexsim.mjcf.as_parameters import parameters_of_rod
-from flexsim.mjcf.bodies import require_linear
+from flexsim.mjcf.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import rod_layout
 

@@ -32,10 +32,10 @@ from flexsim.arm.beam import mode_shapes
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.mjcf.bodies import require_linear
-from flexsim.mjcf.chain_file import integrator_name, mass_matrix, motor_matrix
+from flexsim.mjcf.chain_file import mass_matrix, motor_matrix
 from flexsim.mjcf.designed import designed_rod
 from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel, moving_across, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.mujoco_c import quiet_warnings
@@ -85,7 +85,7 @@ class RodPlant:
     @property
     def integrator(self) -> str:
         """What takes the steps, the file's `integrator`."""
-        return integrator_name(self.rod.model)
+        return self.rod.integrator
 
     @property
     def mjcf(self) -> str:

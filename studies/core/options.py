@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +19,7 @@ from rich.table import Table
 
 from flexsim.arm.parameters import Parameters
 from flexsim.mjcf.differences import Difference, differences
+from flexsim.mjcf.names import Names
 from flexsim.robot import Robot
 
 ROBOT_FILE = "robot.xml"
@@ -27,7 +28,31 @@ ROWS_SHOWN = 16
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotOptions:
+class NameOptions:
+    """What the robot's file calls the parts of the arm, where it has names of its own."""
+
+    joint1: str | None = None
+    """With --mjcf, the file's own name of joint 1, if it has another."""
+    joint2: str | None = None
+    """With --mjcf, the file's own name of joint 2."""
+    hub: str | None = None
+    """With --mjcf, the file's own name of the site hub, or a body behind joint 2 to put it on."""
+    tip: str | None = None
+    """With --mjcf, the file's own name of the site tip; or a body to put it on, at its far end, or
+    at a place on it [m], as 'hand 0.02 0 0'."""
+    motor1: str | None = None
+    """With --mjcf, the file's own name of the motor of joint 1."""
+    motor2: str | None = None
+    """With --mjcf, the file's own name of the motor of joint 2."""
+
+    @property
+    def names(self) -> Names:
+        """What the file calls the parts of the arm."""
+        return Names(**{item.name: getattr(self, item.name) for item in fields(Names)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions(NameOptions):
     """Which robot a command is about."""
 
     mjcf: Path | None = None
@@ -39,7 +64,8 @@ class RobotOptions:
     @property
     def tuned(self) -> dict[str, Any]:
         """The same options of a `studies.tuning.problem.Tuning`."""
-        return {"mjcf": None if self.mjcf is None else str(self.mjcf), "beam": self.beam}
+        mjcf = None if self.mjcf is None else str(self.mjcf)
+        return {"mjcf": mjcf, "beam": self.beam} | vars(self.names)
 
     def robot_of(self, parameters: Parameters | None = None) -> Robot:
         """Return the robot; `parameters` are its own without a file.
@@ -47,7 +73,7 @@ class RobotOptions:
         Raises:
             ParameterError, ModelError: as `Robot.of`.
         """
-        return Robot.of(self.mjcf, self.beam, parameters)
+        return Robot.of(self.mjcf, self.beam, parameters, names=self.names)
 
 
 def print_differences(robot: Robot, console: Console | None = None) -> None:

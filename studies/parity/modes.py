@@ -47,7 +47,7 @@ class ModesConfig(RobotOptions):
         """
         if self.file is not None and self.mjcf is not None:
             raise ParameterError(f"two MJCF files are given, {self.file} and {self.mjcf}; give one")
-        return RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam)
+        return RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam, **vars(self.names))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from flexsim.loop.friction import Friction
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.mjcf.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot, plant_kind
@@ -79,6 +80,7 @@ class Tuning:
             grow, see `studies.tuning.screened_draws`; 0 for no screening.
         modes: n. segments: N of the chain, None for 6 or the file's.
         mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
+        joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.names`.
 
     Raises:
         ParameterError: an unknown name, a number out of range, what does not go together.
@@ -108,6 +110,12 @@ class Tuning:
     segments: int | None = None
     mjcf: str | None = None
     beam: str = "file"
+    joint1: str | None = None
+    joint2: str | None = None
+    hub: str | None = None
+    tip: str | None = None
+    motor1: str | None = None
+    motor2: str | None = None
 
     def __post_init__(self) -> None:
         for name in COUNTS:
@@ -253,7 +261,8 @@ def robot_of(tuning: Tuning) -> Robot:
     Raises:
         ParameterError, ModelError: its file cannot be used.
     """
-    return Robot.of(tuning.mjcf, tuning.beam)
+    names = Names(**{item.name: getattr(tuning, item.name) for item in fields(Names)})
+    return Robot.of(tuning.mjcf, tuning.beam, names=names)
 
 
 def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None = None) -> Problem:

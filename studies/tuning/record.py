@@ -30,6 +30,7 @@ if sys.platform != "win32":
     import fcntl
 
 from flexsim.errors import FlexsimError, RunError
+from flexsim.mjcf.names import Names
 from flexsim.numerics.files import MIB, read_regular
 from studies.core.folder import CONFIG, require_free, run_folder, versions, write_config
 from studies.tuning.distributions import NAMES, Distribution, draw_of
@@ -219,9 +220,9 @@ def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
                 f"{folder} was made with {package} {before.get(package)}, this is {now}: the "
                 "result would not be the same; start a new run"
             )
-    if set(values) != {item.name for item in dataclasses.fields(Tuning)} or set(table) != set(
-        NAMES
-    ):
+    known = {item.name for item in dataclasses.fields(Tuning)}
+    newer = {item.name for item in dataclasses.fields(Names)}  # runs without them had none
+    if not known - newer <= set(values) <= known or set(table) != set(NAMES):
         raise RunError(damaged)
     try:
         tuning = Tuning(**values | {"weights": tuple(values["weights"])})

@@ -25,7 +25,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
 from flexsim.robot import Robot
-from studies.core.options import ROBOT_FILE, print_differences
+from studies.core.options import ROBOT_FILE, NameOptions, print_differences
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
 from studies.tuning.genetic import Generation, OnGeneration, Search
@@ -48,7 +48,7 @@ INTERRUPTED = 130  # the shell's status for Ctrl-C
 
 
 @dataclass(frozen=True)
-class TuneConfig:
+class TuneConfig(NameOptions):
     """Tune both joints' controllers: the genetic algorithm of section 3.2, or a peer."""
 
     trajectory: str | None = None

@@ -9,11 +9,15 @@ replace the file by another. `sleep` may be replaced, by a test's own clock.
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from flexsim.errors import RunError
+from flexsim.mjcf.elements import elements
+from flexsim.mjcf.text import MOST_BYTES, included
+from flexsim.numerics.files import read_regular
 
 Sleep = Callable[[float], None]
 Stamp = tuple[int, int, int] | None  # of a file: modified [ns], size, inode; None if it is gone
@@ -21,8 +25,6 @@ Stamp = tuple[int, int, int] | None  # of a file: modified [ns], size, inode; No
 POLL = 0.1  # [s] between two looks
 QUIET = 2  # looks without a change after which a save is complete
 PATIENCE = 5  # looks more before a file is called broken: its other half may be on its way
-COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
-INCLUDE = re.compile(rb"""<include\b[^>]*?\bfile\s*=\s*(?:"([^"]+)"|'([^']+)')""")
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Snapshot:
 def snapshot_of(path: Path) -> Snapshot:
     """Return the file as it is now, with what it includes, directly or not.
 
-    As MuJoCo has it, an include is named from the folder of the first file.
+    What is not a regular file of the size that is read has no contents.
     """
     stamps: dict[Path, Stamp] = {}
     contents: dict[Path, bytes | None] = {}
@@ -56,8 +58,9 @@ def snapshot_of(path: Path) -> Snapshot:
             continue
         stamps[file] = _stamp(file)  # before the contents, so that a later write is noticed
         contents[file] = _contents(file)
-        for double, single in INCLUDE.findall(COMMENT.sub(b"", contents[file] or b"")):
-            ahead.append(path.parent / (double or single).decode(errors="replace"))
+        for element in elements((contents[file] or b"").decode(errors="replace")):
+            if element.tag == "include":
+                ahead.append(included(element, path.parent, file.parent))
     return Snapshot(stamps, contents)
 
 
@@ -97,6 +100,6 @@ def _stamp(path: Path) -> Stamp:
 
 def _contents(path: Path) -> bytes | None:
     try:
-        return path.read_bytes()
-    except (OSError, ValueError):
+        return read_regular(path, MOST_BYTES, "MJCF file")
+    except RunError:
         return None

@@ -28,9 +28,11 @@ from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.differences import Difference, differences
+from flexsim.mjcf.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import vibration
 from flexsim.robot import Robot
+from studies.core.options import NameOptions
 from studies.parity.crosscheck import tip_difference
 from studies.parity.modes import COMPARED, ModesResult, compared
 from studies.parity.motions import POSE, trial_torque
@@ -43,7 +45,7 @@ BROKEN = 2  # the shell's status of --once with a file that cannot be used
 
 
 @dataclass(frozen=True)
-class WatchConfig:
+class WatchConfig(NameOptions):
     """Follow an MJCF file: modes and a quick open-loop cross-check at every save, until Ctrl-C."""
 
     file: tyro.conf.Positional[Path]
@@ -115,7 +117,11 @@ class Screen(Protocol):
 
 
 def answered(
-    path: Path, beam: str = "file", number: int = 1, when: datetime = datetime.min
+    path: Path,
+    beam: str = "file",
+    number: int = 1,
+    when: datetime = datetime.min,
+    names: Names | None = None,
 ) -> Save:
     """Return modes and open-loop motions of both plants of a file.
 
@@ -123,7 +129,7 @@ def answered(
         ModelError: the file cannot be used; the message names file and element.
     """
     try:
-        robot = Robot.of(path, beam)
+        robot = Robot.of(path, beam, names=names)
         plants = robot.both()
         chain = plants[1].chain
         torque = trial_torque(TORQUE_SCALE)
@@ -191,7 +197,8 @@ class Watch:
         path = self.config.file
         if not path.exists():
             raise RunError(f"{path}: the file is gone; waiting for it to return")
-        return answered(path, self.config.beam, len(self.saves) + 1, self.now())
+        number, names = len(self.saves) + 1, self.config.names
+        return answered(path, self.config.beam, number, self.now(), names)
 
     def _refuse(self, message: str) -> None:
         """Say what is wrong with the file."""

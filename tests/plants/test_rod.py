@@ -299,8 +299,8 @@ def test_elements_out_of_range(elements: object) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('name="motor2"', 'name="elbow"', "motors motor1, motor2"),
-        ('"tip"', '"end"', "sites hub and tip"),
+        ('name="motor2"', 'name="elbow"', "lacks the motor named 'motor2'"),
+        ('"tip"', '"end"', "lacks the site named 'tip'"),
         ('dim="1"', 'dim="2"', "not valid MJCF"),
         ('<joint name="across14" class="across"/>', "", "two vertices of the flex"),
         ("<mujoco", "<mujco", "not valid MJCF"),
