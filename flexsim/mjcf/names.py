@@ -73,6 +73,9 @@ class Names:
         placed: dict[int, str] = {}  # text to put behind an element's tag
         for ours, theirs in given.items():
             kind = KINDS[ours]
+            if theirs in renamed[kind]:
+                other = renamed[kind][theirs]
+                raise ModelError(f"{source}: --{other} and --{ours} are both {theirs!r}")
             if theirs in _names_of(found, kind):
                 renamed[kind][theirs] = ours
             elif kind == "site":
