@@ -204,7 +204,7 @@ def given_text(path: str | Path | None, text: str | None, names: Names | None = 
         try:
             text = with_includes(own, Path(path).parent)
         except ModelError as error:
-            raise ModelError(f"{source}: includes {error}") from None
+            raise ModelError(f"{source}: {error}") from None
     elif text is None:
         raise ModelError("no MJCF given; name a file or pass its text")
     elif not text.strip():

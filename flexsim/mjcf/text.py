@@ -68,18 +68,28 @@ def _spliced(text: str, folder: Path, here: Path, done: dict[Path, int]) -> str:
     for element in elements(text):
         if element.tag != "include" or element.end is None:
             continue  # one that is not closed, MuJoCo refuses
-        path = included(element, folder, here)
-        if not element.attributes.get("file") or element.inner != element.inner_end:
-            raise ModelError(f"{path}: an include needs a file, and nothing within")
-        if path in done or len(done) >= INCLUDES_MOST:
-            raise ModelError(f"{path}: is included twice; MuJoCo takes each file once")
-        inner = read_mjcf(path)
-        done[path] = len(inner)
-        if sum(done.values()) > MOST_BYTES:
-            raise ModelError(f"{path}: all included files have more than {MOST_BYTES:,} bytes")
-        parts += [text[position : element.start], _within(inner, path, folder, done)]
+        name = element.attributes.get("file", "")
+        try:
+            inner = _include(element, folder, here, done)
+        except ModelError as error:
+            raise ModelError(f"includes {name!r}: {error}") from None
+        parts += [text[position : element.start], inner]
         position = element.end
     return "".join([*parts, text[position:]]) if parts else text
+
+
+def _include(element: Element, folder: Path, here: Path, done: dict[Path, int]) -> str:
+    """Return what takes the place of an include."""
+    path = included(element, folder, here)
+    if not element.attributes.get("file") or element.inner != element.inner_end:
+        raise ModelError("an include needs a file, and nothing within")
+    if path in done or len(done) >= INCLUDES_MOST:
+        raise ModelError("it is included twice; MuJoCo takes each file once")
+    text = read_mjcf(path)
+    done[path] = len(text)
+    if sum(done.values()) > MOST_BYTES:
+        raise ModelError(f"all included files have more than {MOST_BYTES:,} bytes")
+    return _within(text, path, folder, done)
 
 
 def _within(text: str, path: Path, folder: Path, done: dict[Path, int]) -> str:

@@ -64,7 +64,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("compare --threads 1000", ("threads",)),
         ("compare --out tau.csv/run", ("tau.csv",)),
         ("compare --out .", ("exists",)),
-        ("compare --out . --force", ("not a run",)),
+        ("compare --out . --force", ("cannot replace it",)),
         ("drive --torque tau.csv --out o.csv --plant rope", ("'rope'", "assumed-modes")),
         ("drive --torque tau.csv --out o.csv --setting foo", ("'foo'", "joint")),
         ("drive --torque none.csv --out o.csv", ("none.csv",)),
