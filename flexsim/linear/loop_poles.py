@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexsim.errors import ParameterError
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.loop.friction import Friction
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.linear_plant import LinearPlant
@@ -47,7 +48,7 @@ class LoopOptions:
         ParameterError: an unknown hold, or a torque gain that is not finite.
     """
 
-    period: float = 1e-3
+    period: float = PERIOD
     v_gain: float = -1.0
     torque_gain: tuple[float, float] = (1.0, 1.0)
     joint_damping: tuple[float, float] = (0.0, 0.0)

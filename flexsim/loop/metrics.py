@@ -28,6 +28,12 @@ def envelope_half_width(tip: ArrayLike, reference: ArrayLike) -> float:
     return float(distance.max())
 
 
+def rms_distance(first: ArrayLike, second: ArrayLike) -> float:
+    """Return the root-mean-square distance of points (K, 2), (K, 2), one by one [m]."""
+    apart = np.asarray(first) - np.asarray(second)
+    return float(np.sqrt(np.mean(np.sum(apart**2, axis=1))))
+
+
 def performance_index(motion: Motion, weights: ArrayLike = (1.0, 1.0, 1.0)) -> float:
     """Return the performance index (5) of a motion [m2 s], trapezoidal rule; inf if diverged.
 

@@ -19,7 +19,7 @@ from flexsim.loop.friction import joint_torques
 from flexsim.loop.motion import Motion
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import Reference
-from flexsim.numerics.clocks import whole_substeps
+from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
 from flexsim.plants.base import Plant
 from flexsim.plants.dispatch import physics_step
@@ -155,7 +155,7 @@ def drive(
     plant: Plant,
     setting: Setting,
     torque: ArrayLike,
-    period: float = 1e-3,
+    period: float = PERIOD,
     theta: ArrayLike = (0.0, 0.0),
     state: ArrayLike | None = None,
 ) -> Motion:

@@ -16,6 +16,7 @@ import numpy as np
 from flexsim.arm.kinematics import joint_angles
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 
 SHAPES = ("line", "two-loop", "circle")
@@ -107,7 +108,7 @@ class Reference:
     joint: Array
 
 
-def reference(trajectory: Trajectory, parameters: Parameters, period: float = 1e-3) -> Reference:
+def reference(trajectory: Trajectory, parameters: Parameters, period: float = PERIOD) -> Reference:
     """Return the sampled reference with its rigid inverse kinematics.
 
     Raises:

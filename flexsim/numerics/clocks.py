@@ -10,6 +10,7 @@ import math
 
 from flexsim.errors import ParameterError
 
+PERIOD = 1e-3  # [s] control period of the paper
 PERIOD_TOLERANCE = 1e-9  # relative, on period/step being a whole number
 
 

@@ -1,54 +1,144 @@
-"""How a study is carried out: its run under a progress bar, its folder written whole or not at all.
+"""How a study is carried out and told: run under a progress bar, its folder whole or not at all.
 
->>> result = carried_out(config, run, write)
+    >>> command = Study(run, tables, verdict, figures)
+    >>> command(config)               # writes the folder; prints tables and verdict, or JSON
+
+A study is a frozen configuration (`studies.core.study_options`), a pure `run` from it to a result,
+and what is shown of the result: tables, a verdict in words, figures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 
-from studies.core.folder import run_folder
-from studies.core.options import keep_file, print_differences
+from studies.core.console import console
+from studies.core.figures import save
+from studies.core.folder import CONFIG, run_folder, to_json, write_config
+from studies.core.options import keep_file, show_differences
+from studies.core.study_options import StudyOptions
+from studies.core.table import Table
 
+Config = TypeVar("Config", bound=StudyOptions)
 Result = TypeVar("Result")
+Item = TypeVar("Item")
+
+RECORDING = "run.rrd"
+FIGURES = "figures"
 
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Give a progress bar on the terminal, if standard error is one, that leaves no trace."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    out = console(stderr=True)
+    with Progress(console=out, transient=True, disable=not out.is_terminal) as progress:
         yield progress
 
 
-def carried_out(
-    config: Any,
-    run: Callable[[Any, Progress], Result],
-    write: Callable[[Path, Any, Result], None],
-) -> Result:
-    """Return what `run` returns, written by `write` into the configuration's folder.
+def ticker(progress: Progress | None, label: str, total: int | None) -> Callable[[], None]:
+    """Return a function that moves a bar on by one; without a progress bar it does nothing."""
+    if progress is None:
+        return lambda: None
+    bar = progress.add_task(label, total=total)
+    return lambda: progress.advance(bar)
 
-    What the file of the robot changes is printed first, and the file kept in the run.
 
-    Args:
-        config: with `out`, `force`, `json` and the options of the robot.
-        run: of the study, with a progress bar. write: the folder's content.
+def counted(progress: Progress | None, label: str, steps: Iterable[Item]) -> Iterable[Item]:
+    """Return the steps, shown on a bar as they are taken."""
+    return progress.track(list(steps), description=label) if progress else steps
 
-    Raises:
-        RunError: as `run_folder`; and what the two raise.
+
+def nothing(*_: Any) -> dict[str, Any]:
+    """Return no facts, no figures, and write no files."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Study(Generic[Config, Result]):
+    """What makes a study, all but its configuration.
+
+    Attributes:
+        run: from a configuration, under a progress bar, to the result.
+        tables: of the result; each says itself whether it is shown, written, or in the JSON.
+        verdict: the answer in words.
+        figures: of the result, with the names of their files.
+        facts: of the result beside the tables, for config.json and the JSON object.
+        files: writes what else the folder holds: MJCF, a recording.
     """
-    robot = config.robot_of()  # as the file is now, not as it will be when the run ends
-    if not config.json:
-        print_differences(robot)
-    with run_folder(config.out, config.force) as folder:
-        with progress_bar() as progress:
-            result = run(config, progress)
-        write(folder, config, result)
-        keep_file(folder, robot)
-    return result
+
+    run: Callable[[Config, Progress | None], Result]
+    tables: Callable[[Result], Sequence[Table]]
+    verdict: Callable[[Result], str]
+    figures: Callable[[Result], Iterable[tuple[str, Figure]]] = nothing  # type: ignore[assignment]
+    facts: Callable[[Result], dict[str, Any]] = nothing
+    files: Callable[[Path, Config, Result], object] = nothing
+
+    def __call__(self, config: Config) -> None:
+        """Carry the study out, and print what it found.
+
+        Raises:
+            RunError: as `run_folder`; and what `run` raises.
+        """
+        result = self.carried_out(config)
+        if config.json:
+            print(self.as_json(config, result))
+        else:
+            self.show(config, result, console())
+
+    def carried_out(self, config: Config) -> Result:
+        """Return the result, written into the configuration's folder.
+
+        What the file of the robot changes is printed first, and the file kept in the run.
+        """
+        robot = config.robot_of()  # as the file is now, not as it will be when the run ends
+        if not config.json:
+            show_differences(robot)
+        with run_folder(config.out, config.force) as folder:
+            with progress_bar() as progress:
+                result = self.run(config, progress)
+            self._write(folder, config, result)
+            keep_file(folder, robot)
+        return result
+
+    def _write(self, folder: Path, config: Config, result: Result) -> None:
+        ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
+        write_config(folder, config, **ran, **self.facts(result))
+        for table in self.tables(result):
+            if table.file and table.rows:
+                table.write_csv(folder / table.file)
+        (folder / FIGURES).mkdir()
+        for name, figure in self.figures(result) or ():
+            save(figure, folder / FIGURES / f"{name}.png")
+        if not any((folder / FIGURES).iterdir()):
+            (folder / FIGURES).rmdir()
+        self.files(folder, config, result)
+
+    def as_json(self, config: Config, result: Result) -> str:
+        """Return the tables' rows, the facts and the folder as one JSON object."""
+        rows = {table.key: table.as_json() for table in self.tables(result) if table.key}
+        return to_json({**rows, **self.facts(result), "run": str(config.out)})
+
+    def show(self, config: Config, result: Result, out: Console) -> None:
+        """Print the tables, the verdict and what lies in the folder."""
+        for table in self.tables(result):
+            if table.columns and table.rows:
+                out.print(table.render())
+        out.print(self.verdict(result), soft_wrap=True)
+        out.print(f"{config.out}: {', '.join(contents(config.out))}", soft_wrap=True)
+
+
+def contents(folder: Path) -> list[str]:
+    """Return what a run's folder holds beside its configuration, and how to see a recording."""
+    found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
+    shown = [name for name in found if name != CONFIG and not name.startswith(".")]
+    if RECORDING in shown:
+        shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {folder})")
+    return shown

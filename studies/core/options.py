@@ -1,7 +1,7 @@
 """The options `--mjcf` and `--beam` of every command, what they change, and the file they keep.
 
 >>> robot = config.robot_of()
->>> print_differences(robot)                  # what the file changes
+>>> show_differences(robot)                   # what the file changes
 >>> keep_file(folder, robot)                  # in the run
 """
 
@@ -62,7 +62,7 @@ class RobotOptions(NameOptions):
     beam's on the file's rigid bodies."""
 
     @property
-    def tuned(self) -> dict[str, Any]:
+    def for_tuning(self) -> dict[str, Any]:
         """The same options of a `studies.tuning.problem.Tuning`."""
         mjcf = None if self.mjcf is None else str(self.mjcf)
         return {"mjcf": mjcf, "beam": self.beam} | vars(self.names)
@@ -76,7 +76,7 @@ class RobotOptions(NameOptions):
         return Robot.of(self.mjcf, self.beam, parameters, names=self.names)
 
 
-def print_differences(robot: Robot, console: Console | None = None) -> None:
+def show_differences(robot: Robot, console: Console | None = None) -> None:
     """Print what the robot's file changes, if there is one."""
     if robot.given is None:
         return

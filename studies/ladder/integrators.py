@@ -1,7 +1,7 @@
 """What do MuJoCo's integrators and step sizes do to the chain? Part of `flexsim ladder`.
 
     >>> row = integrator_row(chain_plant, "RK4", 1e-3, reference)
-    >>> row["frequency_shift"], row["damping_ratio"]      # of modes 1 to 3
+    >>> row.modal.frequency_shift      # of modes 1 to 3
 
 What a step does to a mode is read from the one-step map: finite differences of `mj_step` about
 rest with the hub locked, whose eigenvalues exp(s h) are compared with those of the equations of
@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from flexsim.errors import DivergenceError
+from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
@@ -33,7 +34,9 @@ from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
-from studies.parity.motions import BRISK, POSE, trial_torque
+from flexsim.robot import MODES
+from studies.ladder.rows import IntegratorRow, ModalFigures
+from studies.parity.motions import AMPLITUDES, BRISK, POSE, trial_torque
 
 INTEGRATORS = {
     "RK4": mujoco.mjtIntegrator.mjINT_RK4,
@@ -45,11 +48,9 @@ STEPS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3)  # [s]
 QUICK_STEPS = (2.5e-4, 1e-3, 2e-3)
 FINER = 5  # steps of RK4 in the shortest: what all are held against
 HOLD = 2e-3  # [s] that the torque is held: as long as the longest step, so that all have the same
-MODES = 3
 LOCKED = 1e9  # [kg m2] armature that locks a joint: frequencies move by 1e-11
 AMPLITUDE = 2e-4  # [rad] of the differences: rounding is 1e-12 of it, truncation of order 4 1e-15
 GROWTH = 1e-8  # of |exp(s h)| over 1 that is no rounding
-TORQUES = {"small": 1.0, "large": 4.0}  # times those of `studies.parity.crosscheck.trial_torque`
 
 
 def frequencies(plant: Plant) -> tuple[Array, Array]:
@@ -125,22 +126,13 @@ def _slowest(rates: Array) -> Array:
     return np.pad(lowest, (0, MODES - len(lowest)), constant_values=np.nan)
 
 
-def modal_figures(chain: ChainModel) -> dict[str, Any]:
-    """Return what the chain's integrator does to its first three modes.
-
-    Returns:
-        frequency_shift: (3,) relative, of the frequency of swinging; damping_ratio: (3,) what the
-        step adds to that of the chain; radius: largest |exp(s h)|, over 1 where the step is
-        unstable.
-    """
+def modal_figures(chain: ChainModel) -> ModalFigures:
+    """Return what the chain's integrator does to its first three modes."""
     multipliers = np.linalg.eigvals(step_map(chain))
     found, exact = _slowest(np.log(multipliers + 0j) / chain.step), exact_rates(chain)
     ratios = -found.real / np.abs(found) + exact.real / np.abs(exact)
-    return {
-        "frequency_shift": found.imag / exact.imag - 1,
-        "damping_ratio": ratios,
-        "radius": float(np.abs(multipliers).max()),
-    }
+    shift = found.imag / exact.imag - 1
+    return ModalFigures(shift, ratios, float(np.abs(multipliers).max()))
 
 
 def open_loop_tips(plant: ChainPlant, duration: float) -> dict[str, Array]:
@@ -152,7 +144,7 @@ def open_loop_tips(plant: ChainPlant, duration: float) -> dict[str, Array]:
     still = setting("none")
     return {
         name: drive(plant, still, trial_torque(scale, duration, HOLD), HOLD, POSE).tip
-        for name, scale in TORQUES.items()
+        for name, scale in AMPLITUDES.items()
     }
 
 
@@ -200,44 +192,33 @@ def integrator_row(
     step: float,
     fine: Mapping[str, Array],
     duration: float = 2.0,
-) -> dict[str, Any]:
+) -> IntegratorRow:
     """Return what one integrator at one step does to the chain, without its cost.
 
     Args:
         plant: the chain; its own integrator and step do not matter. integrator: of INTEGRATORS.
         step: [s], HOLD a multiple of it. fine: the tips of `fine_plant`, by torque.
         duration: of motions [s].
-
-    Returns:
-        integrator, step, stable, longest_step ([s], None if there is no such limit or none known
-        beforehand), the figures of `modal_figures`, energy_drift, tip_small and tip_large (rms
-        over the motion [m]); None for motions of an unstable step.
     """
     chain = stepped(plant.chain, integrator, step)
     longest, figures = longest_step(chain.model), modal_figures(chain)
-    stable = figures["radius"] < 1 + GROWTH and (longest is None or step < longest)
-    drift: float | None = None
-    tips: dict[str, float | None] = dict.fromkeys(f"tip_{name}" for name in TORQUES)
-    if stable:
-        moving = replace(plant, chain=chain)
-        try:
-            found = open_loop_tips(moving, duration)
-            drift = free_drift(moving, duration)
-            tips = {f"tip_{name}": rms_distance(tip, fine[name]) for name, tip in found.items()}
-        except DivergenceError:
-            stable = False
-    row = {"integrator": integrator, "step": step, "stable": stable, "longest_step": longest}
-    return row | figures | {"energy_drift": drift} | tips
-
-
-def rms_distance(first: Array, second: Array) -> float:
-    """Return the rms distance of points (K, 2), (K, 2)."""
-    return float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=1))))
+    stable = figures.radius < 1 + GROWTH and (longest is None or step < longest)
+    row = IntegratorRow(integrator, step, stable, longest, figures)
+    if not stable:
+        return row
+    moving = replace(plant, chain=chain)
+    try:
+        found = open_loop_tips(moving, duration)
+        drift = free_drift(moving, duration)
+    except DivergenceError:
+        return replace(row, stable=False)
+    small, large = (rms_distance(found[name], fine[name]) for name in ("small", "large"))
+    return replace(row, energy_drift=drift, tip_small=small, tip_large=large)
 
 
 def integrator_rows(
     plant: ChainPlant, steps: tuple[float, ...], duration: float, rounds: int
-) -> list[dict[str, Any]]:
+) -> list[IntegratorRow]:
     """Return a row of every integrator at every step, with the cost of bare `mj_step`s.
 
     Args:
@@ -251,9 +232,9 @@ def integrator_rows(
     best = [np.inf] * len(cases)
     for _ in range(rounds):
         for i, (row, clock) in enumerate(zip(rows, clocks, strict=True)):
-            if row["stable"]:
+            if row.stable:
                 start = time.perf_counter()
                 simulated = clock()
                 best[i] = min(best[i], 1e6 * (time.perf_counter() - start) / simulated)
     costs = [cost if np.isfinite(cost) else None for cost in best]
-    return [row | {"us_per_ms": cost} for row, cost in zip(rows, costs, strict=True)]
+    return [replace(row, us_per_ms=cost) for row, cost in zip(rows, costs, strict=True)]

@@ -1,7 +1,7 @@
 """How much model does an accuracy need, and what does it cost? Every plant, rung by rung.
 
     >>> result = run(LadderConfig(quick=True))
-    >>> result.rows[0]["plant"], result.rows[0]["tip_small"], result.rows[0]["us_per_ms"]
+    >>> result.rows[0].plant, result.rows[0].tips.tip_small, result.rows[0].us_per_ms
 
 Rigid link, assumed modes, the printed equations, chains tuned and untuned, MuJoCo's rod: each with
 its frequencies, its tip under two torques against a converged reference, the envelope of one fixed
@@ -16,43 +16,42 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
 from controllers import TUNED
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
-from flexsim.errors import DivergenceError, ParameterError
-from flexsim.loop.metrics import measures
+from flexsim.errors import DivergenceError
+from flexsim.loop.metrics import measures, rms_distance
 from flexsim.loop.runs import closed_loop, drive, evaluate, thread_count
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.robot import Robot
-from studies.core.carry_out import carried_out
-from studies.core.folder import to_json, write_config
-from studies.core.options import RobotOptions
+from flexsim.robot import MODES, Robot
+from studies.core.carry_out import Study, ticker
 from studies.core.repeats import perturbed
+from studies.core.study_options import Out, StudyOptions, ThreadOptions
 from studies.core.timing import least_cost
+from studies.ladder.figures import figures
 from studies.ladder.integrators import (
     QUICK_STEPS,
     STEPS,
-    TORQUES,
     fine_plant,
     frequencies,
     integrator_rows,
-    rms_distance,
 )
-from studies.ladder.report import FILES, mark_fronts, print_report, write_report
-from studies.parity.motions import POSE, trial_torque
+from studies.ladder.report import facts, mark_fronts, tables, verdict
+from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips, Tracking
+from studies.parity.motions import AMPLITUDES, POSE, trial_torque
 
 Motions = Callable[[Sequence[Plant]], list[dict[str, Any]]]  # tips by torque of plants
 
@@ -70,61 +69,24 @@ FINE = (28, 40, 56)  # segments of the untuned chains; the last two extrapolate
 QUICK_FINE = (12, 16, 24)
 FINER = 10  # steps of a file's chain as reference for one of its own; half as many for the doubt
 DURATION, QUICK_DURATION = 2.0, 0.5  # [s] of open loop
-TASK, READING = "circle", "print"  # closed loop: the path, its controllers, friction
+TASK, READING = "circle", "print"  # closed loop: trajectory, its controllers, friction
 SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digit does
-QUICK_ROUNDS = 3
 SEED = 1  # of these
 CHEAP = 20  # controllers in turn where there is no MuJoCo: one run is too short to time
-TIMED, QUICK_TIMED = 1.0, 0.2  # [s] of the path that are timed
-MODES = 3
+TIMED, QUICK_TIMED = 1.0, 0.2  # [s] of the trajectory that are timed
 
 
 @dataclass(frozen=True)
-class LadderConfig(RobotOptions):
+class LadderConfig(ThreadOptions, StudyOptions):
     """Fidelity against cost: every plant, every step and integrator, against one reference."""
 
-    out: Path = Path("runs/ladder")
-    """Folder of the run, made anew."""
-    force: bool = False
-    """Replace the run that is there."""
+    QUICK: ClassVar = {"rounds": 3}
+
+    out: Out = Path("runs/ladder")
     quick: bool = False
     """Fewer rungs and steps, half a second of open loop, a coarser reference."""
     rounds: int = 10
     """How often each loop is timed, in turn; the least time counts."""
-    threads: int | None = None
-    """Threads of the motions; all cores unless given. Costs are those of one core."""
-    json: bool = False
-    """Print one JSON object instead of the tables."""
-
-
-@dataclass(frozen=True, eq=False)
-class Converged:
-    """What the rungs are held against.
-
-    Attributes:
-        name: in words. tip: (K, 2) by torque [m]. uncertainty: by torque, rms [m]: errors below
-            mean nothing. clamped_hz, joint_free_hz: (3,) [Hz].
-    """
-
-    name: str
-    tip: dict[str, Array]
-    uncertainty: dict[str, float]
-    clamped_hz: Array
-    joint_free_hz: Array
-
-
-@dataclass(frozen=True, eq=False)
-class LadderResult:
-    """Rows of the plants, rows of the integrators, and the reference of the former."""
-
-    rows: list[dict[str, Any]]
-    integrators: list[dict[str, Any]]
-    reference: Converged
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """What the reference is, and its own uncertainty [m]."""
-        return {"name": self.reference.name, "uncertainty": self.reference.uncertainty}
 
 
 def rungs(robot: Robot, quick: bool) -> tuple[str, ...]:
@@ -140,7 +102,7 @@ def open_loop(plant: Plant, torque: str, duration: float) -> Array | None:
     """Return the tip (K, 2) [m] at every millisecond under a torque, None if it ran away."""
     try:
         return drive(
-            plant, setting("none"), trial_torque(TORQUES[torque], duration), theta=POSE
+            plant, setting("none"), trial_torque(AMPLITUDES[torque], duration), theta=POSE
         ).tip
     except DivergenceError:
         return None
@@ -163,14 +125,14 @@ def converged(robot: Robot, motions: Motions, quick: bool) -> Converged:
     tips = motions([robot.plant(f"untuned:{n}") for n in sizes])
     pairs = list(zip(pairwise(sizes), pairwise(tips), strict=True))
     limits = [
-        {name: extrapolated(less[name], more[name], N / n) for name in TORQUES}
+        {name: extrapolated(less[name], more[name], N / n) for name in AMPLITUDES}
         for (n, N), (less, more) in pairs
     ]
     p = robot.parameters
     return Converged(
         f"untuned chains of {sizes[1]} and {sizes[2]}, extrapolated",
         limits[1],
-        {name: rms_distance(limits[0][name], limits[1][name]) for name in TORQUES},
+        {name: rms_distance(limits[0][name], limits[1][name]) for name in AMPLITUDES},
         clamped_frequencies(p, MODES) / (2 * np.pi),
         joint_free_frequencies(p, MODES) / (2 * np.pi),
     )
@@ -185,34 +147,29 @@ def _converged_file(robot: Robot, motions: Motions) -> Converged:
     return Converged(
         f"{own.chain.source}, RK4 at {1e3 * fine.step:g} ms",
         more,
-        {name: rms_distance(less[name], more[name]) for name in TORQUES},
+        {name: rms_distance(less[name], more[name]) for name in AMPLITUDES},
         *frequencies(own),
     )
 
 
-def loop_figures(plant: Plant, threads: int, shaken: int) -> dict[str, Any]:
-    """Return envelope [m] and diverged_at [s], one of them None, and the envelope's range.
-
-    envelope_low and envelope_high [m] are of all runs that held: of the controllers and of
-    `shaken` copies with the gains' fourth digits changed.
-    """
+def tracking(plant: Plant, threads: int | None, shaken: int) -> Tracking:
+    """Return how one controller tracks, beside `shaken` copies with other fourth digits."""
     ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
     every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
-    filters = [each.filters(1e-3) for each in every]
+    filters = [each.filters(PERIOD) for each in every]
     motions = closed_loop(plant, setting(READING), ref, filters, energy=False, threads=threads)
     widths = [measures(each, ref)["envelope"] for each in motions if each.diverged is None]
     lost = motions[0].diverged
-    row = {"envelope": widths[0] if lost is None else None, "diverged_at": lost}
-    ends = min(widths, default=None), max(widths, default=None)
-    return row | {"envelope_low": ends[0], "envelope_high": ends[1]}
+    first = widths[0] if lost is None else None
+    return Tracking(first, lost, min(widths, default=None), max(widths, default=None))
 
 
 def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
-    """Return a function that runs the path's start on one core and gives simulated time [ms]."""
+    """Return a function that runs the start on one core and gives simulated time [ms]."""
     whole = reference(trajectory(TASK), plant.parameters)
     kept = whole.time <= seconds
     ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
-    filters = [TUNED[TASK].filters(1e-3)] * (CHEAP if plant.mjcf is None else 1)
+    filters = [TUNED[TASK].filters(PERIOD)] * (CHEAP if plant.mjcf is None else 1)
 
     def once() -> float:
         ends = evaluate(plant, setting(READING), ref, filters, threads=1).diverged
@@ -221,21 +178,21 @@ def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
     return once
 
 
-def tip_figures(tips: dict[str, Any], ref: Converged) -> dict[str, float]:
-    """Return rms and largest distances from the reference [m], infinite if the motion ran away."""
-    row = {}
-    for name, tip in tips.items():
-        apart = np.inf if tip is None else np.linalg.norm(tip - ref.tip[name], axis=1)
-        row[f"tip_{name}"] = float(np.sqrt(np.mean(np.square(apart))))
-        row[f"peak_{name}"] = float(np.max(apart))
-    return row
+def apart(tips: dict[str, Any], ref: Converged) -> Tips:
+    """Return how far a plant's tips are from the reference's, infinitely if they ran away."""
+    figures = []
+    for name in AMPLITUDES:
+        gone, tip, wanted = tips[name] is None, tips[name], ref.tip[name]
+        figures.append(np.inf if gone else rms_distance(tip, wanted))
+        figures.append(np.inf if gone else float(np.linalg.norm(tip - wanted, axis=1).max()))
+    return Tips(*figures)
 
 
 def motions_of(plants: Sequence[Plant], duration: float, threads: int) -> list[dict[str, Any]]:
     """Return the tips by torque of plants, as `open_loop`, on several threads."""
     with quiet_warnings(), ThreadPoolExecutor(threads) as pool:
         jobs = [
-            {name: pool.submit(open_loop, plant, name, duration) for name in TORQUES}
+            {name: pool.submit(open_loop, plant, name, duration) for name in AMPLITUDES}
             for plant in plants[::-1]  # the longest first
         ]
         return [{name: job.result() for name, job in each.items()} for each in jobs[::-1]]
@@ -243,18 +200,22 @@ def motions_of(plants: Sequence[Plant], duration: float, threads: int) -> list[d
 
 def plant_rows(
     plants: Sequence[Plant], ref: Converged, motions: Motions, config: LadderConfig
-) -> list[dict[str, Any]]:
+) -> list[PlantRow]:
     """Return a row of every plant."""
     shaken, seconds = (QUICK_SHAKEN, QUICK_TIMED) if config.quick else (SHAKEN, TIMED)
-    rows: list[dict[str, Any]] = []
-    for plant, tips in zip(plants, motions(plants), strict=True):
-        clamped, free = frequencies(plant)
-        row: dict[str, Any] = {"plant": plant.name, "step": plant.step, "clamped_hz": clamped}
-        row |= {"joint_free_hz": free} | tip_figures(tips, ref)
-        rows.append(row | loop_figures(plant, config.threads or thread_count(), shaken))
-    clocks = {plant.name: loop_clock(plant, seconds) for plant in plants}
-    costs = least_cost(clocks, min(config.rounds, QUICK_ROUNDS) if config.quick else config.rounds)
-    return mark_fronts([row | {"us_per_ms": costs[row["plant"]]} for row in rows], ref.uncertainty)
+    rows = [
+        PlantRow(
+            plant.name,
+            plant.step,
+            *frequencies(plant),
+            apart(tips, ref),
+            tracking(plant, config.threads, shaken),
+        )
+        for plant, tips in zip(plants, motions(plants), strict=True)
+    ]
+    costs = least_cost({each.name: loop_clock(each, seconds) for each in plants}, config.rounds)
+    priced = [replace(row, us_per_ms=costs[row.plant]) for row in rows]
+    return mark_fronts(priced, ref.uncertainty)
 
 
 def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
@@ -263,35 +224,16 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
     Raises:
         ParameterError, ModelError: rounds or threads out of range, or a file that cannot be used.
     """
-    for name, value in (("rounds", config.rounds), ("threads", config.threads)):
-        if value is not None and value < 1:
-            raise ParameterError(f"{name} is {value}; give 1 or more")
+    config = config.asked()
     robot, threads = config.robot_of(), config.threads or thread_count()
     duration, steps = (QUICK_DURATION, QUICK_STEPS) if config.quick else (DURATION, STEPS)
     motions = partial(motions_of, duration=duration, threads=threads)
-    if progress:
-        progress.add_task("ladder", total=None)
+    ticker(progress, "ladder", None)
     ref = converged(robot, motions, config.quick)
-    rows = plant_rows(
-        [robot.plant(name) for name in rungs(robot, config.quick)], ref, motions, config
-    )
+    plants = [robot.plant(name) for name in rungs(robot, config.quick)]
+    rows = plant_rows(plants, ref, motions, config)
     integrators = integrator_rows(robot.chain_plant(), steps, duration, config.rounds)
     return LadderResult(rows, integrators, ref)
 
 
-def write(folder: Path, config: LadderConfig, result: LadderResult) -> None:
-    """Write configuration, tables and figures into a folder."""
-    write_config(folder, config, reference=result.summary)
-    write_report(folder, result)
-
-
-def command(config: LadderConfig) -> None:
-    """Run the study and write its folder."""
-    result = carried_out(config, run, write)
-    if config.json:
-        lists = {"rows": result.rows, "integrators": result.integrators}
-        print(to_json({**lists, "reference": result.summary, "run": str(config.out)}))
-        return
-    out = Console(highlight=False)
-    print_report(out, result)
-    out.print(f"{config.out}: {', '.join(FILES)}, figures/", soft_wrap=True)
+command = Study(run, tables, verdict, figures, facts)

@@ -1,42 +1,24 @@
-"""The ladder in words, tables and figures, and its Pareto fronts.
+"""The ladder in words and tables, and its Pareto fronts.
 
->>> cost_figure(result, run / "cost_accuracy.png")      # doctest: +SKIP
+>>> verdict(result)      # doctest: +SKIP
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
-from rich import box
-from rich.console import Console
-from rich.table import Table
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 from flexsim.recording.traces import kind
-from studies.core.figures import DPI, FONT, OTHER_STYLE, STYLES, finish, save
-from studies.core.folder import write_rows
+from studies.core.table import Column, Table
+from studies.ladder.rows import IntegratorRow, LadderResult, PlantRow, Tips, Tracking, tip
 
-if TYPE_CHECKING:
-    from studies.ladder.ladder import LadderResult
-
-Rows = Sequence[Mapping[str, Any]]
-
-FILES = ("rows.csv", "integrators.csv")
 TARGETS = (1e-3, 1e-4, 1e-5)  # [m] of the verdict
-MICRO = 1e6
+MM, UM, MS = 1e3, 1e6, 1e3
 ROUNDING = 1e-9  # of damping ratios, from differences of the one-step map
 SAFE = 0.95  # of an integrator's limit: longer steps are none to take
-SIZE = (16.0, 8.5)  # [in]
 IN_MUJOCO = ("chain", "untuned", "rod")  # kinds of plants
-MARKERS = {"rigid": "D", "assumed-modes": "o", "printed": "X", "chain": "s", "untuned": "^"}
-CROWDED = ("7", "9", "11", "13", "14", "15")  # segments whose number would cover another
-COLOURS = {"RK4": "#0072B2", "Euler": "#D55E00", "implicitfast": "#E69F00", "discrete": "#009E73"}
 
 
 def front(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
@@ -49,16 +31,16 @@ def front(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
     ]
 
 
-def mark_fronts(
-    rows: list[dict[str, Any]], uncertainty: Mapping[str, float]
-) -> list[dict[str, Any]]:
+def mark_fronts(rows: Sequence[PlantRow], uncertainty: Mapping[str, float]) -> list[PlantRow]:
     """Return the rows with `pareto_` of each torque; errors count down to the uncertainty [m]."""
-    costs, marks = [row["us_per_ms"] for row in rows], {}
-    for torque, doubt in uncertainty.items():
-        marks[torque] = front(costs, [max(row[f"tip_{torque}"], doubt) for row in rows])
+    costs = [row.us_per_ms for row in rows]
+    small, large = (
+        front(costs, [max(tip(row, torque) or 0.0, uncertainty[torque]) for row in rows])
+        for torque in ("small", "large")
+    )
     return [
-        row | {f"pareto_{torque}": mark[i] for torque, mark in marks.items()}
-        for i, row in enumerate(rows)
+        replace(row, pareto_small=one, pareto_large=other)
+        for row, one, other in zip(rows, small, large, strict=True)
     ]
 
 
@@ -67,95 +49,137 @@ def _micrometres(value: float | None, doubt: float = 0.0) -> str:
     if value is None or not math.isfinite(value):
         return "ran away"
     if value < doubt:
-        return f"< {MICRO * doubt:.2g}"
-    return f"{MICRO * value:{'.2g' if MICRO * value < 10 else '.0f'}}"
+        return f"< {UM * doubt:.2g}"
+    return f"{UM * value:{'.2g' if UM * value < 10 else '.0f'}}"
 
 
-def _grid(*headings: str) -> Table:
-    """Return an empty table, names to the left, figures to the right."""
-    grid = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    grid.add_column("", no_wrap=True)
-    for heading in headings:
-        grid.add_column(heading, justify="right", no_wrap=True)
-    return grid
+def _hertz(key: str, heading: str) -> list[Column]:
+    """Return the columns of three frequencies."""
+    names = (f"{heading} 1", "2", "3")
+    return [Column(key, name, form=".3f", index=i, missing="") for i, name in enumerate(names)]
 
 
-def frequency_table(result: LadderResult) -> Table:
-    """Return the frequencies of every rung below those of the beam."""
-    grid = _grid("clamped 1", "2", "3", "free 1", "2", "3")
+def _tip(torque: str, doubt: float) -> Column:
+    """Return the column of a torque's tip errors, a star on the Pareto front."""
+
+    def text(row: PlantRow) -> str:
+        star = "*" if getattr(row, f"pareto_{torque}") else " "
+        return _micrometres(tip(row, torque), doubt) + star
+
+    return Column(f"tip_{torque}", torque, "um rms ", text)
+
+
+def _envelope(row: PlantRow) -> str:
+    if row.loop.envelope is None:
+        return f"lost, {row.loop.diverged_at:.2f} s"
+    return f"{MM * row.loop.envelope:.1f}"
+
+
+def _spread(row: PlantRow) -> str:
+    low, high = row.loop.envelope_low, row.loop.envelope_high
+    return "" if low is None or high is None else f"{MM * low:.1f} - {MM * high:.1f}"
+
+
+def _stable(form: Any, column: str = "") -> Any:
+    """Return a cell's function that leaves it empty where a step is unstable."""
+    return lambda row: form(row) if row.stable else column
+
+
+def _damping(row: IntegratorRow) -> str:
+    ratio = float(row.modal.damping_ratio[-1])
+    return f"{ratio:.1e}" if abs(ratio) > ROUNDING else "0"
+
+
+FREQUENCIES = (
+    Column("plant", ""),
+    *_hertz("clamped_hz", "clamped"),
+    *_hertz("joint_free_hz", "free"),
+)
+INTEGRATORS = (
+    Column("integrator", ""),
+    Column("step", unit="ms", form="g", scale=MS),
+    Column(
+        "frequency_shift",
+        "f3 shift",
+        form=_stable(lambda row: f"{row.modal.frequency_shift[-1]:+.1e}", "unstable"),
+    ),
+    Column("damping_ratio", "zeta3", form=_stable(_damping)),
+    Column("energy_drift", "energy", form=".1e", missing=""),
+    Column("tip_small", "small", "um", _stable(lambda row: _micrometres(row.tip_small))),
+    Column("tip_large", "large", "um", _stable(lambda row: _micrometres(row.tip_large))),
+    Column("us_per_ms", "cost", "us/ms", ".1f", missing=""),
+)
+
+
+def tables(result: LadderResult) -> list[Table]:
+    """Return frequencies, tips and costs of the plants; what the integrators do."""
     ref = result.reference
-    grid.add_row("reference", *_hertz(ref.clamped_hz), *_hertz(ref.joint_free_hz), end_section=True)
-    for row in result.rows:
-        grid.add_row(row["plant"], *_hertz(row["clamped_hz"]), *_hertz(row["joint_free_hz"]))
-    return grid
+    exact, none = Tips(0.0, 0.0, 0.0, 0.0), Tracking(None, None, None, None)
+    beam = PlantRow("reference", 0.0, ref.clamped_hz, ref.joint_free_hz, exact, none)
+    doubts = ", ".join(f"{UM * doubt:.2g} um ({name})" for name, doubt in ref.uncertainty.items())
+    columns = (
+        Column("plant", ""),
+        Column("step", unit="ms", form="g", scale=MS),
+        *(_tip(*each) for each in ref.uncertainty.items()),
+        Column("envelope", unit="mm", form=_envelope),
+        Column("envelope_low", "(shaken)", "mm", _spread),
+        Column("us_per_ms", "cost", "us/ms", ".3g"),
+    )
+    return [
+        Table(
+            [beam, *result.rows], FREQUENCIES, "Frequencies (Hz), hub locked and both joints free"
+        ),
+        Table(
+            result.rows,
+            columns,
+            "Tip in open loop, small and large torques (*: Pareto front); envelope of one\n"
+            "controller, also with its gains' fourth digits changed; cost on one core",
+            f"Reference: {ref.name};\nits own uncertainty {doubts}\n",
+            key="rows",
+            file="rows.csv",
+        ),
+        Table(
+            result.integrators,
+            INTEGRATORS,
+            "What mj_step does to the chain, by step: to mode 3, to the energy of free\n"
+            "motion, to the tip (rms, against RK4 at a very short step); cost of mj_step",
+            key="integrators",
+            file="integrators.csv",
+        ),
+    ]
 
 
-def _hertz(values: Iterable[float]) -> Iterator[str]:
-    return (f"{value:.3f}" if math.isfinite(value) else "" for value in values)
+def facts(result: LadderResult) -> dict[str, Any]:
+    """Return what the reference is, and its own uncertainty [m]."""
+    ref = result.reference
+    return {"reference": {"name": ref.name, "uncertainty": ref.uncertainty}}
 
 
-def rung_table(result: LadderResult) -> Table:
-    """Return tips, envelope and cost of every rung; a star marks those on a Pareto front."""
-    grid = _grid("step", "small", "large", "envelope", "(shaken)", "cost")
-    grid.add_row("", "ms", "um rms ", "um rms ", "mm", "mm", "us/ms", end_section=True)
-    doubt = result.reference.uncertainty
-    for row in result.rows:
-        tips = [
-            _micrometres(row[f"tip_{torque}"], doubt[torque])
-            + ("*" if row[f"pareto_{torque}"] else " ")
-            for torque in doubt
-        ]
-        lost = row["envelope"] is None
-        envelope = f"lost, {row['diverged_at']:.2f} s" if lost else f"{1e3 * row['envelope']:.1f}"
-        ends = [row[f"envelope_{end}"] for end in ("low", "high")]
-        spread = "" if None in ends else " - ".join(f"{1e3 * end:.1f}" for end in ends)
-        step, cost = f"{1e3 * row['step']:g}", f"{row['us_per_ms']:.3g}"
-        grid.add_row(row["plant"], step, *tips, envelope, spread, cost)
-    return grid
-
-
-def integrator_table(rows: Rows) -> Table:
-    """Return what each integrator and step does: mode 3, energy, tips, cost."""
-    grid = _grid("step", "f3 shift", "zeta3", "energy", "small", "large", "us/ms")
-    for row in rows:
-        cells = [row["integrator"], f"{1e3 * row['step']:g}"]
-        if row["stable"]:
-            figures = row["frequency_shift"][-1], row["damping_ratio"][-1], row["energy_drift"]
-            damping = f"{figures[1]:.1e}" if abs(figures[1]) > ROUNDING else "0"
-            cells += [f"{figures[0]:+.1e}", damping, f"{figures[2]:.1e}"]
-            cells += [_micrometres(row[f"tip_{torque}"]) for torque in ("small", "large")]
-            cells += [f"{row['us_per_ms']:.1f}"]
-        else:
-            cells += ["unstable"]
-        grid.add_row(*cells, end_section=row["step"] == rows[-1]["step"])
-    return grid
-
-
-def cheapest(rows: Rows, torque: str, target: float) -> Mapping[str, Any] | None:
+def cheapest(rows: Sequence[Any], torque: str, target: float) -> Any:
     """Return the cheapest row whose tip is within a target [m] under a torque, None if none is."""
-    good = [row for row in rows if row[f"tip_{torque}"] is not None]
-    good = [row for row in good if row[f"tip_{torque}"] <= target]
-    return min(good, key=lambda row: row["us_per_ms"], default=None)
+    good = [row for row in rows if (found := tip(row, torque)) is not None and found <= target]
+    return min(good, key=lambda row: row.us_per_ms, default=None)
 
 
-def _spoken(row: Mapping[str, Any] | None) -> str:
+def _spoken(row: PlantRow | IntegratorRow | None) -> str:
     if row is None:
         return "none"
-    name = row.get("plant") or f"{row['integrator']} at {1e3 * row['step']:g} ms"
-    return f"{name} ({row['us_per_ms']:.2g} us)"
+    if isinstance(row, PlantRow):
+        return f"{row.plant} ({row.us_per_ms:.2g} us)"
+    return f"{row.integrator} at {MS * row.step:g} ms ({row.us_per_ms:.2g} us)"
 
 
 def verdict(result: LadderResult) -> str:
-    """Return in words which rung is the cheapest for which accuracy, and which step."""
-    in_mujoco = [row for row in result.rows if kind(row["plant"]) in IN_MUJOCO]
-    steps = [row for row in result.integrators if row["step"] <= SAFE * (row["longest_step"] or 1)]
+    """Return in words which plant is the cheapest for which accuracy, and which step."""
+    in_mujoco = [row for row in result.rows if kind(row.plant) in IN_MUJOCO]
+    steps = [row for row in result.integrators if row.step <= SAFE * (row.longest_step or 1)]
     lines = []
     for torque, doubt in result.reference.uncertainty.items():
         lines.append(
             f"Cheapest under {torque} torques (steps: up to {SAFE} of the limit), tip within"
         )
         for target in TARGETS:
-            label = f"  {1e3 * target:g} mm: "
+            label = f"  {MM * target:g} mm: "
             if target < doubt:
                 lines.append(f"{label}the reference does not tell")
                 continue
@@ -165,135 +189,17 @@ def verdict(result: LadderResult) -> str:
     return "\n".join(lines)
 
 
-def _envelopes(rows: Rows) -> str:
-    """Return how far the envelopes tell the rungs apart."""
-    if not (held := [row for row in rows if row["envelope"] is not None]):
+def _envelopes(rows: Sequence[PlantRow]) -> str:
+    """Return how far the envelopes tell the plants apart."""
+    loops = [row.loop for row in rows]
+    widths = [MM * loop.envelope for loop in loops if loop.envelope is not None]
+    if not widths:
         return "Closed loop: lost on every rung."
-    widths = [1e3 * row["envelope"] for row in held]
-    shaken = max(1e3 * (row["envelope_high"] - row["envelope_low"]) for row in held)
+    shaken = max(
+        MM * (loop.envelope_high - loop.envelope_low)
+        for loop in loops
+        if loop.envelope_high is not None and loop.envelope_low is not None
+    )
     ends = f"from {min(widths):.1f} to {max(widths):.1f} mm"
     digits = f"a change of the gains' fourth digits moves one by up to {shaken:.1f} mm"
     return f"Closed loop: envelopes {ends} over the rungs; {digits}."
-
-
-def print_report(out: Console, result: LadderResult) -> None:
-    """Print tables and verdict."""
-    ref = result.reference
-    out.print("Frequencies (Hz), hub locked and both joints free")
-    out.print(frequency_table(result))
-    out.print("Tip in open loop, small and large torques (*: Pareto front); envelope of one")
-    out.print("controller, also with its gains' fourth digits changed; cost on one core")
-    out.print(rung_table(result))
-    doubts = ", ".join(f"{MICRO * v:.2g} um ({name})" for name, v in ref.uncertainty.items())
-    out.print(f"Reference: {ref.name}; its own uncertainty {doubts}\n", soft_wrap=True)
-    out.print("What mj_step does to the chain, by step (ms): to mode 3, to the energy of free")
-    out.print("motion, to the tip (um rms, against RK4 at a very short step); cost of mj_step")
-    out.print(integrator_table(result.integrators))
-    out.print(verdict(result), soft_wrap=True)
-
-
-def flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a row with arrays spread over columns, for CSV."""
-    cells: dict[str, Any] = {}
-    for name, value in row.items():
-        if isinstance(value, np.ndarray):
-            cells |= {f"{name}_{i}": each for i, each in enumerate(value.tolist(), 1)}
-        else:
-            cells[name] = value
-    return cells
-
-
-def write_report(folder: Path, result: LadderResult) -> None:
-    """Write tables and figures into a folder."""
-    for name, rows in zip(FILES, (result.rows, result.integrators), strict=True):
-        write_rows(folder / name, [flat(row) for row in rows])
-    (folder / "figures").mkdir()
-    cost_figure(result, folder / "figures/cost_accuracy.png")
-    integrator_figure(result.integrators, folder / "figures/integrators.png")
-
-
-def cost_figure(result: LadderResult, path: Path) -> None:
-    """Write the tips' errors over the cost, small and large torques, with their Pareto fronts.
-
-    A PNG already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, (torque, doubt) in zip(panels, result.reference.uncertainty.items(), strict=True):
-        best = sorted(
-            (row["us_per_ms"], max(row[f"tip_{torque}"], doubt))
-            for row in result.rows
-            if row[f"pareto_{torque}"]
-        )
-        axes.plot(*zip(*best, strict=True), color="0.8", linewidth=9, label="Pareto front")
-        for name in dict.fromkeys(kind(row["plant"]) for row in result.rows):
-            _series(axes, [row for row in result.rows if kind(row["plant"]) == name], torque)
-        axes.axhspan(0, doubt, color="0.93")
-        axes.set(xscale="log", yscale="log", title=f"{torque} torques; n or N beside the marks")
-        axes.set_xlabel("us per simulated ms, closed loop, one core")
-    panels[0].set_ylabel("tip, rms distance to the reference [m]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=7, fontsize=FONT)
-    finish(figure, panels)
-    save(figure, path)
-
-
-def _series(axes: Axes, rows: Rows, torque: str) -> None:
-    """Draw the plants of one kind, each with its size."""
-    name = kind(rows[0]["plant"])
-    colour = STYLES.get(name, OTHER_STYLE)["color"]
-    held = [row for row in rows if math.isfinite(row[f"tip_{torque}"])]
-    points = [(row["us_per_ms"], row[f"tip_{torque}"]) for row in held]
-    style = {"color": colour, "linewidth": 1, "markersize": 8}
-    axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=name, **style)
-    for row, point in zip(held, points, strict=True):
-        size = row["plant"].partition(":")[2]
-        if size not in CROWDED or name not in ("chain", "untuned"):
-            left = name == "chain" or row["plant"] == "assumed-modes:3"
-            place = {"xytext": (-8, -5), "ha": "right"} if left else {"xytext": (5, 6)}
-            style = {"color": colour, "size": FONT - 2, "textcoords": "offset points"}
-            axes.annotate(size or name, point, **style, **place)
-
-
-def integrator_figure(rows: Rows, path: Path) -> None:
-    """Write the tip's error and mode 3's numerical damping over the step, by integrator.
-
-    A PNG already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-    panels = figure.subplots(1, 3, sharex=True)
-    titles = (
-        "tip, large torques, rms [m]",
-        "mode 3, |frequency shift|",
-        "mode 3, |added damping ratio|",
-    )
-    for name, colour in COLOURS.items():
-        mine = [row for row in rows if row["integrator"] == name and row["stable"]]
-        steps = [1e3 * row["step"] for row in mine]
-        damping = [abs(row["damping_ratio"][-1]) for row in mine]
-        columns = (
-            [row["tip_large"] for row in mine],
-            [abs(row["frequency_shift"][-1]) for row in mine],
-            [each if each > ROUNDING else np.nan for each in damping],
-        )
-        broad = {"linewidth": 5, "markersize": 12} if name == "Euler" else {"linewidth": 1.6}
-        for axes, values in zip(panels, columns, strict=True):
-            axes.plot(steps, values, "o-", color=colour, label=name, **broad)
-    for axes, title in zip(panels, titles, strict=True):
-        axes.set(xscale="log", yscale="log", title=title, xlabel="step [ms]")
-        axes.set_xticks(list(dict.fromkeys(1e3 * row["step"] for row in rows)))
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_locator(NullLocator())
-    panels[2].set_ylim(bottom=1e-10)
-    note = {"transform": panels[2].transAxes, "ha": "right", "size": FONT}
-    panels[2].text(0.97, 0.04, f"not drawn: below {ROUNDING:g}", **note)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
-    finish(figure, panels)
-    save(figure, path)

@@ -11,36 +11,40 @@ H is singular, which is all that their row says; they are read as 3 <= j <= n+2 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
 from controllers import TUNED, Controller
-from flexsim.errors import ParameterError
-from flexsim.loop.metrics import envelope_half_width
+from flexsim.loop.metrics import envelope_half_width, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive, evaluate
 from flexsim.loop.settings import setting
-from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.loop.trajectories import TRAJECTORIES, Reference, reference, trajectory
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.printed import AS_PRINTED, MISPRINTS, printed_mass, printed_modes
-from flexsim.robot import Robot
-from studies.core.carry_out import carried_out
-from studies.core.folder import to_json, write_config, write_rows
-from studies.core.options import RobotOptions
+from flexsim.robot import MODES, Robot
+from studies.core.carry_out import Study, counted
 from studies.core.repeats import perturbed
-from studies.misprints.report import LEGEND, energy_figure, table, tip_figure, verdict
-from studies.parity.crosscheck import tip_difference
-from studies.parity.motions import BRISK, GENTLE, POSE, trial_torque
+from studies.core.study_options import ModelOptions, Out, Perturbations, SeedOptions, StudyOptions
+from studies.misprints.report import (
+    DRAWN,
+    LoopDetail,
+    MisprintRow,
+    MisprintsResult,
+    TorqueDetail,
+    figures,
+    tables,
+    verdict,
+)
+from studies.parity.motions import AMPLITUDES, BRISK, GENTLE, POSE, trial_torque
 
-PERIOD = 1e-3  # [s] control period of the paper
 FREE_STEP = 0.25e-3  # [s] of free motion, so that RK4's own drift stays below 1e-7
 FREE_TIME = 2.0  # [s]
 STARTS = {  # joint rates [rad/s], first modal coordinate [m], of free motion from POSE
@@ -48,64 +52,36 @@ STARTS = {  # joint rates [rad/s], first modal coordinate [m], of free motion fr
     "brisk": (BRISK, 0.0),
     "bent": ((0.2, 0.1), 0.01),
 }
-DRAWN = "bent"  # of STARTS, in the figure
-AMPLITUDES = {"small": 1.0, "large": 4.0}  # of `trial_torque`
 POSES = (0.4, 0.8, 1.2, 1.6, 2.0, 2.4)  # theta2 [rad]
 QUICK_POSES = (0.8, 1.6)
 CONTROLLERS = "circle"  # of TUNED: those that hold every trajectory under both readings
-TRACKED = ("line", "two-loop", "circle")
 QUICK_TRACKED = ("circle",)
-QUICK_RUNS = 2
 READINGS = ("none", "print")  # settings of the closed loop
 VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
 RANGES = "(39)-(41) ranges"  # 3 <= j <= n where it is n+2: not a variant, as it cannot run
 
 
 @dataclass(frozen=True)
-class MisprintsConfig(RobotOptions):
+class MisprintsConfig(ModelOptions, SeedOptions, StudyOptions):
     """Count what each misprint costs: energy drift, tip error, tracking."""
 
-    out: Path = Path("runs/misprints")
-    """Folder of the run, made anew."""
-    force: bool = False
-    """Replace the run that is there."""
+    QUICK: ClassVar = {"perturbations": 2}
+
+    out: Out = Path("runs/misprints")
     quick: bool = False
     """Two poses, one trajectory and two runs each only."""
-    perturbations: int = 10
-    """Runs in closed loop behind each median, the gains' fourth digits perturbed."""
-    seed: int = 1
-    """Seed of the perturbations."""
-    modes: int = 3
-    """Assumed modes, n."""
-    segments: int | None = None
-    """Segments of the chain; 6 unless given."""
-    json: bool = False
-    """Print one JSON object instead of the table."""
-
-    @property
-    def runs(self) -> int:
-        """Runs behind each median."""
-        return QUICK_RUNS if self.quick else self.perturbations
-
-
-@dataclass(frozen=True, eq=False)
-class MisprintsResult:
-    """A row per variant, the details it is the worst of, and energy's relative changes (K,)."""
-
-    rows: list[dict[str, Any]]
-    details: list[dict[str, Any]]
-    energy: dict[str, Array]
+    perturbations: Perturbations = 10
 
 
 def misprinted(
-    robot: Robot, misprints: int, modes: int = 3, step: float | None = None
+    robot: Robot, misprints: int, modes: int = MODES, step: float | None = None
 ) -> AssumedModesPlant:
     """Return a robot's plant with chosen misprints."""
     usual = robot.modes_plant(None, modes, step)
     return replace(usual, form="printed", misprints=misprints)
 
 
-def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Array:
+def free_motion(robot: Robot, misprints: int, start: str, modes: int = MODES) -> Array:
     """Return the relative change of energy (K,) in free, undamped motion.
 
     Args:
@@ -124,8 +100,8 @@ def free_motion(robot: Robot, misprints: int, start: str, modes: int = 3) -> Arr
 
 def driven_details(
     name: str, plant: AssumedModesPlant, chains: dict[tuple[str, float], Motion]
-) -> list[dict[str, Any]]:
-    """Return the rms tip difference [m] to the chain and to the consistent equations, open loop.
+) -> list[TorqueDetail]:
+    """Return the rms tip differences to the chain and to the consistent equations, open loop.
 
     Args:
         name: of the variant; chains: the chain's motions by amplitude and pose.
@@ -135,17 +111,10 @@ def driven_details(
     for (amplitude, pose), chain in chains.items():
         torque = trial_torque(AMPLITUDES[amplitude])
         theta = (POSE[0], pose)
-        motion = drive(plant, setting("none"), torque, PERIOD, theta)
-        consistent = drive(right, setting("none"), torque, PERIOD, theta)
-        details.append(
-            {
-                "misprint": name,
-                "case": f"torques {amplitude}",
-                "theta2": pose,
-                "tip_to_chain": tip_difference(motion, chain),
-                "tip_to_consistent": tip_difference(motion, consistent),
-            }
-        )
+        tip = drive(plant, setting("none"), torque, PERIOD, theta).tip
+        consistent = drive(right, setting("none"), torque, PERIOD, theta).tip
+        apart = rms_distance(tip, chain.tip), rms_distance(tip, consistent)
+        details.append(TorqueDetail(name, f"torques {amplitude}", pose, *apart))
     return details
 
 
@@ -167,66 +136,54 @@ def tracked(
 
 def apart(first: Array | None, second: Array | None) -> float:
     """Return the rms distance of two tips [m], infinite where one diverged."""
-    if first is None or second is None:
-        return math.inf
-    return float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=1))))
+    return np.inf if first is None or second is None else rms_distance(first, second)
 
 
 def tracking_details(
     name: str, plant: AssumedModesPlant, config: MisprintsConfig
-) -> list[dict[str, Any]]:
-    """Return medians in closed loop: envelopes, rms distance to the consistent model's run [m].
+) -> list[LoopDetail]:
+    """Return medians in closed loop: envelopes, rms distance to the consistent model's run.
 
     The gains differ in their fourth digits from run to run, alike for both models. The consistent
     model's own distance is that to its run with the unperturbed gains.
     """
-    nominal = TUNED[CONTROLLERS]
-    controllers = perturbed(nominal, config.runs, np.random.default_rng(config.seed))
+    nominal, count = TUNED[CONTROLLERS], config.perturbations
+    controllers = perturbed(nominal, count, np.random.default_rng(config.seed))
     consistent = AssumedModesPlant(plant.parameters, plant.modes, plant.step, chain=plant.chain)
     details = []
-    for path in QUICK_TRACKED if config.quick else TRACKED:
-        ref = reference(trajectory(path), plant.parameters, PERIOD)
+    for shape in QUICK_TRACKED if config.quick else TRAJECTORIES:
+        ref = reference(trajectory(shape), plant.parameters, PERIOD)
         for reading in READINGS:
             tips = tracked(plant, reading, ref, controllers)
             if plant.misprints:
                 right = tracked(consistent, reading, ref, controllers)
             else:
-                right = tracked(consistent, reading, ref, [nominal]) * config.runs
-            widths = [
-                math.inf if tip is None else envelope_half_width(tip, ref.tip) for tip in tips
-            ]
-            details.append(
-                {
-                    "misprint": name,
-                    "case": f"loop {reading}",
-                    "trajectory": path,
-                    "envelope": float(np.median(widths)),
-                    "tip_to_consistent": float(np.median(list(map(apart, tips, right)))),
-                }
-            )
+                right = tracked(consistent, reading, ref, [nominal]) * count
+            widths = [np.inf if tip is None else envelope_half_width(tip, ref.tip) for tip in tips]
+            medians = float(np.median(widths)), float(np.median(list(map(apart, tips, right))))
+            details.append(LoopDetail(name, f"loop {reading}", shape, *medians))
     return details
 
 
 def summary(
-    name: str, drifts: dict[str, Array], details: list[dict[str, Any]], rank: int
-) -> dict[str, Any]:
+    name: str, drifts: dict[str, Array], details: list[TorqueDetail | LoopDetail], rank: int
+) -> MisprintRow:
     """Return one variant's row: the worst of its details, infinite where the loop diverged.
 
     rank: of H, n + 2 where the equations can be solved.
     """
 
     def worst(case: str, column: str) -> float:
-        return max(row[column] for row in details if row["case"] == case)
+        return max(getattr(row, column) for row in details if row.case == case)
 
-    row: dict[str, Any] = {"misprint": name, "rank_of_H": rank}
-    row |= {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
+    figures = {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
     for amplitude in AMPLITUDES:
         for column in ("tip_to_chain", "tip_to_consistent"):
-            row[f"{column}_{amplitude}"] = worst(f"torques {amplitude}", column)
+            figures[f"{column}_{amplitude}"] = worst(f"torques {amplitude}", column)
     for reading in READINGS:
-        row[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
-        row[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
-    return row
+        figures[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
+        figures[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
+    return MisprintRow(name, rank, **figures)
 
 
 def rank_with_printed_ranges(plant: AssumedModesPlant) -> int:
@@ -244,56 +201,27 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
     Raises:
         ParameterError, ModelError: perturbations, seed, modes or segments out of range.
     """
-    if config.perturbations < 1:
-        raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
-    if config.seed < 0:
-        raise ParameterError(f"seed is {config.seed}; give 0 or more")
+    config = config.asked()
     robot = config.robot_of()
     chain = robot.chain_plant(None, config.segments)
-    poses = QUICK_POSES if config.quick else POSES
     chains = {
         (amplitude, pose): drive(
             chain, setting("none"), trial_torque(scale), PERIOD, (POSE[0], pose)
         )
         for amplitude, scale in AMPLITUDES.items()
-        for pose in poses
+        for pose in (QUICK_POSES if config.quick else POSES)
     }
     result = MisprintsResult([], [], {})
-    steps = VARIANTS.items()
-    for name, switches in progress.track(steps, description="misprints") if progress else steps:
+    for name, switches in counted(progress, "misprints", VARIANTS.items()):
         drifts = {start: free_motion(robot, switches, start, config.modes) for start in STARTS}
         plant = misprinted(robot, switches, config.modes)
-        details = driven_details(name, plant, chains) + tracking_details(name, plant, config)
+        details: list[TorqueDetail | LoopDetail]
+        details = [*driven_details(name, plant, chains), *tracking_details(name, plant, config)]
         result.rows.append(summary(name, drifts, details, config.modes + 2))
         result.details.extend(details)
         result.energy[name] = drifts[DRAWN]
-    rank = rank_with_printed_ranges(plant)
-    blank: dict[str, Any] = dict.fromkeys(result.rows[0])
-    result.rows.append(blank | {"misprint": RANGES, "rank_of_H": rank})
+    result.rows.append(MisprintRow(RANGES, rank_with_printed_ranges(plant)))
     return result
 
 
-def write(folder: Path, config: MisprintsConfig, result: MisprintsResult) -> None:
-    """Write configuration, tables and figures into a folder."""
-    write_config(folder, config)
-    write_rows(folder / "results.csv", result.rows)
-    columns = list(dict.fromkeys(key for row in result.details for key in row))
-    details = [{key: row.get(key) for key in columns} for row in result.details]
-    write_rows(folder / "details.csv", details)
-    (folder / "figures").mkdir()
-    energy_figure(result.energy, f"start {DRAWN!r}", PERIOD, folder / "figures" / "energy.png")
-    tip_figure(result.details, folder / "figures" / "tip.png")
-
-
-def command(config: MisprintsConfig) -> None:
-    """Run the study and write its folder."""
-    result = carried_out(config, run, write)
-    if config.json:
-        print(to_json({"rows": result.rows, "details": result.details, "run": str(config.out)}))
-        return
-    out = Console(highlight=False)
-    out.print(LEGEND)
-    out.print(table(result.rows))
-    out.print(
-        f"{verdict(result.rows)}\n{config.out}: results.csv, details.csv, figures/", soft_wrap=True
-    )
+command = Study(run, tables, verdict, figures)

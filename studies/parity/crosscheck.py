@@ -27,7 +27,7 @@ from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.robot import Robot
 from studies.core.folder import to_json
-from studies.core.options import RobotOptions, print_differences
+from studies.core.options import RobotOptions, show_differences
 from studies.parity.modes import compared, source_of
 from studies.parity.motions import BRISK, DURATION, GENTLE, POSE, trial_torque
 
@@ -255,7 +255,7 @@ def command(config: CrosscheckConfig) -> None:
         print(to_json({"source": result.source, "ok": result.ok, "rungs": rungs}))
     else:
         console = Console()
-        print_differences(config.robot_of())
+        show_differences(config.robot_of())
         console.print(rung_table(result))
         console.print(remarks(config.robot_of()), highlight=False, end="")
     if not result.ok:

@@ -23,7 +23,7 @@ from flexsim.plants.assumed_modes import free_frequencies
 from flexsim.plants.chain_as_modes import clamped_damping, vibration
 from flexsim.robot import Robot
 from studies.core.folder import to_json
-from studies.core.options import RobotOptions, print_differences
+from studies.core.options import RobotOptions, show_differences
 
 COMPARED = 3  # modes: those of the paper's model
 HERTZ = 1 / (2 * np.pi)
@@ -190,7 +190,7 @@ def command(config: ModesConfig) -> None:
         print(to_json(vars(result)))
         return
     console = Console()
-    print_differences(config.named.robot_of())
+    show_differences(config.named.robot_of())
     print_modes(result, console)
 
 

@@ -1,23 +1,21 @@
 """The question of the integer PIDs in a table, words and a figure.
 
->>> question_figure(rows, "circle", run / "pid_question.png")      # doctest: +SKIP
+>>> verdict(result)      # doctest: +SKIP
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich import box
-from rich.table import Table
 
 from flexsim.recording.traces import spoken
-from studies.core.figures import DPI, FONT, finish, save
+from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish, name_lines
+from studies.core.table import Column, Table
 
-Rows = Sequence[Mapping[str, Any]]
 Kind = tuple[str, str, str]  # order, realisation, range
 
 PAPERS: Kind = ("integer", "truncated", "table-1")  # those that the paper found no stable ones of
@@ -28,20 +26,68 @@ CHANGES: dict[str, Kind] = {  # what is different from the paper's
     "other range": ("integer", "truncated", "log-uniform"),
     "other realisation and range": ("integer", "textbook", "log-uniform"),
 }
-COLOURS = {"table-1": "#0072B2", "log-uniform": "#E69F00"}  # Okabe and Ito
-WIDTH = 16.0  # [in], 1600 px
+COLOURS = {"table-1": BLUE, "log-uniform": ORANGE}
 BAR = 0.36
-SCALE = 1e4  # the table's best indices are in 1e-4 m2 s
+INDEX = 1e4  # the table's best indices are in 1e-4 m2 s
 
 
-def kind(row: Mapping[str, Any]) -> Kind:
-    """Return what distinguishes a row among those of its plant and setting."""
-    return row["order"], row["realisation"], row["range"]
+@dataclass(frozen=True)
+class Names:
+    """What is searched: the three that are changed, and where the loop runs."""
+
+    order: str
+    realisation: str
+    range: str
+    plant: str
+    setting: str
+
+    @property
+    def kind(self) -> Kind:
+        """What distinguishes it among those of its plant and setting."""
+        return self.order, self.realisation, self.range
 
 
-def places(rows: Rows) -> list[tuple[str, str]]:
-    """Return the plants and settings of rows, each pair once."""
-    return list(dict.fromkeys((row["plant"], row["setting"]) for row in rows))
+@dataclass(frozen=True)
+class SearchRow:
+    """What became of one search; best index [m2 s] and parameters None if nothing held."""
+
+    names: Names
+    seed: int
+    stable_draws: float
+    best_index: float | None
+    generations: int
+    evaluations: int
+    parameters: Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class CaseRow:
+    """All searches of a case: shares of their draws and of the searches, best index (5) [m2 s].
+
+    The median, least and most of the best index are those of the searches that found anything
+    stable; None if none did. Evaluations and generations are of all searches, the most a search
+    may have being `generations_most`.
+    """
+
+    names: Names
+    seeds: int
+    stable_draws: float
+    stable_runs: float
+    best_index: float | None
+    best_index_least: float | None
+    best_index_most: float | None
+    draws: int
+    evaluations: int
+    generations_most: int
+
+
+@dataclass(frozen=True, eq=False)
+class PidQuestionResult:
+    """A row per case, and one per search; the trajectory followed."""
+
+    rows: list[CaseRow]
+    searches: list[SearchRow]
+    trajectory: str
 
 
 def _percent(share: float) -> str:
@@ -49,100 +95,88 @@ def _percent(share: float) -> str:
     return f"{100 * share:.1f}" if 0 < share < 0.1 else f"{100 * share:.0f}"
 
 
-def _index(index: float | None) -> str:
-    return "-" if index is None else f"{SCALE * index:.3g}"
+COLUMNS = (
+    Column("order"),
+    Column("realisation"),
+    Column("range"),
+    Column("stable_draws", "stable\n% draws", form=lambda row: _percent(row.stable_draws)),
+    Column("stable_runs", "\n% runs", form=lambda row: _percent(row.stable_runs)),
+    Column("best_index", "best\nmedian", form=".3g", scale=INDEX),
+    Column("best_index_least", "\nleast", form=".3g", scale=INDEX),
+    Column("best_index_most", "\nmost", form=".3g", scale=INDEX),
+    Column("evaluations", "evalu-\nations", form="d"),
+)
+SECTION = (
+    Column("plant"),
+    Column("setting"),
+    Column("seeds", form=lambda row: f"{row.seeds} seeds"),
+)
 
 
-def table(rows: Rows) -> Table:
-    """Return a row per case: shares in per cent, best index (5) in 1e-4 m2 s, budget."""
-    grid = Table(box=box.SIMPLE_HEAD, padding=0)
-    for heading in ("\norder", "\nrealisation", "\nrange"):
-        grid.add_column(heading, no_wrap=True)
-    for heading in (
-        "stable\n% draws", "\n% runs", "best\nmedian", "\nleast", "\nmost", "evalu-\nations"
-    ):  # fmt: skip
-        grid.add_column(heading, justify="right", no_wrap=True)
-    for plant, setting in places(rows):
-        mine = [row for row in rows if (row["plant"], row["setting"]) == (plant, setting)]
-        if grid.row_count:
-            grid.add_row()
-        grid.add_row(plant, setting, f"{mine[0]['seeds']} seeds")
-        for row in mine:
-            grid.add_row(
-                *kind(row),
-                _percent(row["stable_draws"]),
-                _percent(row["stable_runs"]),
-                *(_index(row[f"best_index{which}"]) for which in ("", "_least", "_most")),
-                str(row["evaluations"]),
-            )
-    return grid
+def tables(result: PidQuestionResult) -> list[Table]:
+    """Return the cases: shares in per cent, best index (5) in 1e-4 m2 s, budget; the searches."""
+    return [
+        Table(result.rows, COLUMNS, key="rows", file="results.csv", section=SECTION, tight=True),
+        Table(result.searches, key="searches", file="searches.csv"),
+    ]
 
 
-def changed(rows: Rows, what: Kind) -> tuple[float, float] | None:
+def changed(rows: Sequence[CaseRow], what: Kind) -> tuple[float, float] | None:
     """Return the shares of stable draws and runs of one kind over all plants and settings."""
-    mine = [row for row in rows if kind(row) == what]
+    mine = [row for row in rows if row.names.kind == what]
     if not mine:
         return None
-    shares = [[row["stable_draws"], row["stable_runs"]] for row in mine]
-    draws, runs = np.mean(shares, axis=0).tolist()
+    draws, runs = np.mean([[row.stable_draws, row.stable_runs] for row in mine], axis=0).tolist()
     return draws, runs
 
 
-def verdict(rows: Rows) -> str:
+def verdict(result: PidQuestionResult) -> str:
     """Return in words what becomes of the paper's integer PIDs when one thing is changed."""
     lines = ["Integer PIDs of the paper, one thing changed at a time, % stable, all plants:"]
     for name, what in CHANGES.items():
-        shares = changed(rows, what)
+        shares = changed(result.rows, what)
         if shares is not None:
             draws, runs = map(_percent, shares)
             lines.append(f"  {name:<28}{draws:>5} of draws {runs:>5} of runs")
     return "\n".join(lines)
 
 
-def question_figure(rows: Rows, trajectory: str, path: Path) -> None:
-    """Write shares of stable draws (bars) and of runs (dots), and best indices with their range.
-
-    Args:
-        rows: of the study, one line of panels per plant and setting.
-        trajectory: for the title.
-        path: the PNG to write; a file already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    where = places(rows)
-    figure = Figure(figsize=(WIDTH, 1.5 + 2.7 * len(where)), dpi=DPI, layout="constrained")
-    panels = figure.subplots(len(where), 2, squeeze=False, sharex="col")
-    names = list(dict.fromkeys(kind(row)[:2] for row in rows))
-    for (plant, setting), (shares, best) in zip(where, panels, strict=True):
+def figures(result: PidQuestionResult) -> Iterator[tuple[str, Figure]]:
+    """Give shares of stable draws (bars) and of runs (dots), best indices with their range."""
+    rows = result.rows
+    where = list(dict.fromkeys((row.names.plant, row.names.setting) for row in rows))
+    figure, panels = canvas(len(where), 2, height=1.5 + 2.7 * len(where), sharex="col")
+    loops = list(dict.fromkeys(row.names.kind[:2] for row in rows))
+    for place, (shares, best) in zip(where, panels, strict=True):
         for row in rows:
-            if (row["plant"], row["setting"]) != (plant, setting):
-                continue
-            side = -0.5 if row["range"] == "table-1" else 0.5
-            height = names.index(kind(row)[:2]) + side * BAR
-            colour = COLOURS[row["range"]]
-            shares.barh(height, 100 * row["stable_draws"], BAR, color=colour, alpha=0.55)
-            shares.plot(100 * row["stable_runs"], height, "o", color=colour, ms=11, clip_on=False)
-            if row["best_index"] is None:
-                best.text(0.01, height, "none stable", color=colour, size=FONT - 2, va="center",
-                          transform=best.get_yaxis_transform())  # fmt: skip
-                continue
-            ends = [row["best_index_least"], row["best_index_most"]]
-            best.plot(ends, [height] * 2, color=colour, linewidth=4, solid_capstyle="round")
-            best.plot(row["best_index"], height, "o", color=colour, markersize=11)
+            if (row.names.plant, row.names.setting) == place:
+                side = -0.5 if row.names.range == "table-1" else 0.5
+                _draw(shares, best, row, loops.index(row.names.kind[:2]) + side * BAR)
         for axes in (shares, best):
-            axes.set_ylim(len(names) - 0.5, -0.5)
-            axes.set_yticks(range(len(names)), ["\n".join(name) for name in names])
+            name_lines(axes, ["\n".join(loop) for loop in loops])
         best.tick_params(labelleft=False)
         best.set_xscale("log")
         shares.set_xlim(0, 100)
-        shares.set_title(f"{spoken(plant)}, {setting}", loc="left")
+        shares.set_title(f"{spoken(place[0])}, {place[1]}", loc="left")
     panels[-1][0].set_xlabel("stable: bar of draws, dot of searches [%]")
     panels[-1][1].set_xlabel("best index, median and range over seeds [m² s]")
     for drawn, colour in COLOURS.items():
         panels[0][0].plot([], [], "s", color=colour, markersize=11, label=drawn)
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=FONT)
-    figure.suptitle(f"which controllers hold the {trajectory}?", fontsize=FONT + 3)
-    finish(figure, panels.ravel())
-    save(figure, path)
+    title = f"which controllers hold the {result.trajectory}?"
+    yield "pid_question", finish(figure, panels.ravel(), legend=2, title=title)
+
+
+def _draw(shares: Axes, best: Axes, row: CaseRow, height: float) -> None:
+    """Draw one case, a line of both panels."""
+    colour = COLOURS[row.names.range]
+    shares.barh(height, 100 * row.stable_draws, BAR, color=colour, alpha=0.55)
+    shares.plot(100 * row.stable_runs, height, "o", color=colour, ms=11, clip_on=False)
+    if row.best_index is None:
+        place = best.get_yaxis_transform()
+        best.text(
+            0.01, height, "none stable", color=colour, size=FONT - 2, va="center", transform=place
+        )
+        return
+    ends = np.array([row.best_index_least, row.best_index_most], float)
+    best.plot(ends, [height] * 2, color=colour, linewidth=4, solid_capstyle="round")
+    best.plot(row.best_index, height, "o", color=colour, markersize=11)

@@ -6,16 +6,16 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from controllers import operator, response_error
 from flexsim.loop.compiled_loop import filter_sample
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
-PERIOD = 1e-3  # [s] control period of the paper
 ORDERS = (-0.9, -0.5, -0.1, 0.1, 0.5, 0.9)
 BAND_HZ = (1.0, 100.0)  # from the trajectories' own frequencies past the third flexible mode
 POINTS = 200  # of the band, evenly on a logarithmic scale
@@ -27,21 +27,30 @@ def band() -> Array:
     return 2 * np.pi * np.geomspace(*BAND_HZ, POINTS)
 
 
-def response_row(realisation: str, terms: int, order: float) -> dict[str, Any]:
-    """Return the errors of D^order against (j omega)^order over the band, rms and largest."""
+@dataclass(frozen=True)
+class ResponseRow:
+    """Errors of D^order against (j omega)^order over the band, and the cost of a sample [ns]."""
+
+    part: str
+    realisation: str
+    terms: int
+    order: float
+    magnitude_rms_db: float
+    magnitude_max_db: float
+    phase_rms_deg: float
+    phase_max_deg: float
+    cost_ns: float
+
+
+def response_row(realisation: str, terms: int, order: float, cost_ns: float = 0.0) -> ResponseRow:
+    """Return the errors of D^order over the band, rms and largest, beside the cost given."""
     b, a = operator(realisation, order, PERIOD, terms)
     error = response_error(b, a, order, 1.0, band(), PERIOD)
-    row: dict[str, Any] = {
-        "part": "response",
-        "realisation": realisation,
-        "terms": terms,
-        "order": order,
-    }
-    for name, values in (("magnitude", error.magnitude_db), ("phase", error.phase_deg)):
-        unit = "db" if name == "magnitude" else "deg"
-        row[f"{name}_rms_{unit}"] = float(np.sqrt(np.mean(values**2)))
-        row[f"{name}_max_{unit}"] = float(np.abs(values).max())
-    return row
+    (db, most_db), (deg, most_deg) = (
+        (float(np.sqrt(np.mean(x**2))), float(np.abs(x).max()))
+        for x in (error.magnitude_db, error.phase_deg)
+    )
+    return ResponseRow("response", realisation, terms, order, db, most_db, deg, most_deg, cost_ns)
 
 
 @jit

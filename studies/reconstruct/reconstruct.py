@@ -12,39 +12,44 @@ start a hair apart; and in which unit of time Table 2's gains fall inside Table 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
 from controllers import TABLE_2
-from flexsim.errors import ParameterError
 from flexsim.loop.compiled_loop import run_population, stack_filters
 from flexsim.loop.metrics import envelope_half_width
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.trajectories import reference
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from studies.core.carry_out import carried_out
-from studies.core.figures import PAPER_ENVELOPES
-from studies.core.folder import to_json, write_config, write_rows
-from studies.core.options import RobotOptions
+from studies.core.carry_out import Study, counted
+from studies.core.paper import PAPER_ENVELOPES
 from studies.core.repeats import perturbed
+from studies.core.study_options import (
+    ModelOptions,
+    Out,
+    Perturbations,
+    SeedOptions,
+    StudyOptions,
+    ThreadOptions,
+)
 from studies.reconstruct.report import (
-    chaos_figure,
-    chaos_table,
-    envelope_figure,
-    table,
-    units_table,
+    ChaosRow,
+    FigureRow,
+    ReconstructResult,
+    UnitRow,
+    figures,
+    tables,
     verdict,
 )
 from studies.reconstruct.variants import QUICK, Variant, variants
+from studies.tuning.distributions import NAMES, TABLE_1
 
-PERIOD = 1e-3  # [s] control period of the paper
 FIGURES = {  # of the paper: trajectory, column of Table 2, entry of Table 3
     "3": ("line", "figure-3", "line"),
     "4": ("two-loop", "figure-4", "two-loop"),
@@ -52,72 +57,31 @@ FIGURES = {  # of the paper: trajectory, column of Table 2, entry of Table 3
     "6": ("line", "figure-4", "transfer"),
 }
 SEEN_EVERY = 2  # samples; 500 Hz, envelopes of 60 Hz vibration to 2 %
-QUICK_RUNS = 3
 HAIRS = (1e-9, 1e-7, 1e-5)  # [rad] by which the joints of two runs differ at the start
 DIRECTIONS, QUICK_DIRECTIONS = 8, 2  # random ones, for each hair
 TIP_APART = 1e-3  # [m] at which two runs count as different
 MOVED_FIGURE = "4"  # whose pairs are also run at every placement
 SMOOTH = "dead zone off"  # variant whose torques do not jump; its pairs are run, too
-TABLE_1 = {  # parameter: mean and standard deviation
-    "k_1": (1e4, 2000.0), "k_2": (1.0, 0.1), "k_3": (1e-2, 0.1),
-    "k_4": (1e2, 20.0), "k_5": (1.0, 0.1), "k_6": (1e-2, 0.1),
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
-class ReconstructConfig(RobotOptions):
+class ReconstructConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
     """Vary what the reconstruction of Table 2 assumes: bounded runs, envelopes, chaos."""
 
-    out: Path = Path("runs/reconstruct")
-    """Folder of the run, made anew."""
-    force: bool = False
-    """Replace the run that is there."""
+    QUICK: ClassVar = {"perturbations": 3}
+
+    out: Out = Path("runs/reconstruct")
     quick: bool = False
     """Four variants and three runs each only."""
-    perturbations: int = 12
-    """Runs behind each median, the gains' fourth digits perturbed."""
-    seed: int = 1
-    """Seed of the perturbations."""
-    segments: int | None = None
-    """Segments of the chain; 6 unless given."""
-    modes: int = 3
-    """Assumed modes, n."""
-    threads: int | None = None
-    """Threads; all cores unless given. Results do not depend on it."""
-    json: bool = False
-    """Print one JSON object instead of the tables."""
-
-    @property
-    def runs(self) -> int:
-        """Runs behind each median."""
-        return QUICK_RUNS if self.quick else self.perturbations
+    perturbations: Perturbations = 12
 
 
-@dataclass(frozen=True, eq=False)
-class ReconstructResult:
-    """Rows per variant, figure and plant; chaos per figure and plant; units per gain.
-
-    Attributes:
-        apart: (K,) distance of the joints of two runs [rad], by figure and plant.
-    """
-
-    rows: list[dict[str, Any]]
-    chaos: list[dict[str, Any]]
-    units: list[dict[str, Any]]
-    apart: dict[tuple[str, str], Array]
-
-
-def figure_row(
-    variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
-) -> dict[str, Any]:
-    """Return the row of one variant, figure and plant over perturbed gains.
-
-    Envelopes are of the runs that stayed bounded, None where none did; the time of divergence is
-    the median of those that did not.
-    """
-    path, column, entry = FIGURES[figure]
-    ref = reference(variant.trajectory(path), plant.parameters, PERIOD)
-    controllers = perturbed(TABLE_2[column], config.runs, np.random.default_rng(config.seed))
+def figure_row(variant: Variant, figure: str, plant: Plant, config: ReconstructConfig) -> FigureRow:
+    """Return the row of one variant, figure and plant over perturbed gains."""
+    shape, column, entry = FIGURES[figure]
+    ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
+    rng = np.random.default_rng(config.seed)
+    controllers = perturbed(TABLE_2[column], config.perturbations, rng)
     outcome = evaluate(
         plant,
         variant.setting,
@@ -134,19 +98,19 @@ def figure_row(
     ]
     quartiles = [float(q) for q in np.percentile(widths, [25, 50, 75])] if widths else [None] * 3
     gone = outcome.diverged[~bounded]
-    return {
-        "group": variant.group,
-        "variant": variant.name,
-        "figure": figure,
-        "plant": plant.name,
-        "runs": len(bounded),
-        "bounded_share": float(bounded.mean()),
-        "envelope": quartiles[1],
-        "envelope_quartile_1": quartiles[0],
-        "envelope_quartile_3": quartiles[2],
-        "diverged_at": float(np.median(gone)) if len(gone) else None,
-        "paper_simulation": PAPER_ENVELOPES[entry][0],
-    }
+    return FigureRow(
+        group=variant.group,
+        variant=variant.name,
+        figure=figure,
+        plant=plant.name,
+        runs=len(bounded),
+        bounded_share=float(bounded.mean()),
+        envelope=quartiles[1],
+        envelope_quartile_1=quartiles[0],
+        envelope_quartile_3=quartiles[2],
+        diverged_at=float(np.median(gone)) if len(gone) else None,
+        paper_simulation=PAPER_ENVELOPES[entry][0],
+    )
 
 
 def start_runs(
@@ -157,8 +121,8 @@ def start_runs(
     Args:
         offsets: (P, 2) of the joints at the start [rad].
     """
-    path, column, _ = FIGURES[figure]
-    ref = reference(variant.trajectory(path), plant.parameters, PERIOD)
+    shape, column, _ = FIGURES[figure]
+    ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
     filters = stack_filters([TABLE_2[column].filters(PERIOD)])
     friction, loop = variant.setting.friction.numbers(), loop_of(plant, ref, variant.v_gain)
     joints, tips = [], []
@@ -172,7 +136,7 @@ def start_runs(
 
 def chaos_row(
     variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
-) -> tuple[dict[str, Any], Array]:
+) -> tuple[ChaosRow, Array]:
     """Return how runs a hair apart part, and the joints' largest distance (K,) [rad].
 
     The kind of motion: 'chaotic' where most pairs the least hair apart come to be more than
@@ -189,40 +153,33 @@ def chaos_row(
     shares = (by_hair > TIP_APART).mean(axis=1)
     kind = "chaotic" if shares[0] > 0.5 else "mixed" if shares.any() else "regular"
     least = np.linalg.norm(np.array(joints[1 : count + 1]) - joints[0], axis=2)  # (P, K)
-    row = {
-        "variant": variant.name,
-        "figure": figure,
-        "plant": plant.name,
-        "amplification": float(np.median(least.max(axis=1)) / HAIRS[0]),
-        "lasting": float(np.median(least[:, -1]) / HAIRS[0]),
-    }
-    row |= {f"apart_{hair:.0e}": float(x) for hair, x in zip(HAIRS, shares, strict=True)}
-    return row | {"kind": kind}, least.max(axis=0)
+    row = ChaosRow(
+        variant=variant.name,
+        figure=figure,
+        plant=plant.name,
+        amplification=float(np.median(least.max(axis=1)) / HAIRS[0]),
+        lasting=float(np.median(least[:, -1]) / HAIRS[0]),
+        apart={f"apart_{hair:.0e}": float(x) for hair, x in zip(HAIRS, shares, strict=True)},
+        kind=kind,
+    )
+    return row, least.max(axis=0)
 
 
-def unit_rows() -> list[dict[str, Any]]:
+def unit_rows() -> list[UnitRow]:
     """Return every gain of Table 2 in seconds and in milliseconds, in deviations of Table 1."""
     rows = []
+    table_1 = {name: draw.numbers for name, draw in zip(NAMES, TABLE_1.draws, strict=True)}
     for figure, controller in TABLE_2.items():
         for joint, gains in ((0, controller.joint1), (3, controller.joint2)):
             terms = ((1, gains.k1, gains.nu1), (2, gains.k2, gains.nu2), (3, gains.k3, 0.0))
             for number, k, nu in terms:
                 if nu is None:  # the paper's dashes
                     continue
-                name = f"k_{joint + number}"
-                mean, deviation = TABLE_1[name]
-                scaled = k * 1000.0**nu
-                rows.append(
-                    {
-                        "figure": figure.removeprefix("figure-"),
-                        "gain": name,
-                        "order": nu,
-                        "seconds": k,
-                        "milliseconds": scaled,
-                        "deviations_seconds": (k - mean) / deviation,
-                        "deviations_milliseconds": (scaled - mean) / deviation,
-                    }
-                )
+                mean, deviation = table_1[f"k{joint + number}"]
+                units = (k, k * 1000.0**nu)
+                apart = [(gain - mean) / deviation for gain in units]
+                name = figure.removeprefix("figure-")
+                rows.append(UnitRow(name, f"k_{joint + number}", nu, *units, *apart))
     return rows
 
 
@@ -244,13 +201,10 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     Raises:
         ParameterError, ModelError: perturbations, seed, modes, segments or threads out of range.
     """
-    if config.perturbations < 1:
-        raise ParameterError(f"perturbations is {config.perturbations}; give 1 or more")
-    if config.seed < 0:
-        raise ParameterError(f"seed is {config.seed}; give 0 or more")
+    config = config.asked()
     result = ReconstructResult([], [], unit_rows(), {})
     todo, robot = chosen(config), config.robot_of()
-    for variant in progress.track(todo, description="reconstruct") if progress else todo:
+    for variant in counted(progress, "reconstruct", todo):
         plants = variant.plants(robot, config.modes, config.segments)
         for figure in FIGURES:
             for plant in plants:
@@ -262,32 +216,4 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     return result
 
 
-def write(folder: Path, config: ReconstructConfig, result: ReconstructResult) -> None:
-    """Write configuration, tables and figures into a folder."""
-    write_config(folder, config)
-    write_rows(folder / "results.csv", result.rows)
-    write_rows(folder / "chaos.csv", result.chaos)
-    write_rows(folder / "units.csv", result.units)
-    (folder / "figures").mkdir()
-    envelope_figure(result.rows, folder / "figures" / "envelopes.png")
-    chaos_figure(result.apart, PERIOD, folder / "figures" / "chaos.png")
-
-
-def command(config: ReconstructConfig) -> None:
-    """Run the study and write its folder."""
-    result = carried_out(config, run, write)
-    if config.json:
-        parts: dict[str, Sequence[Any]] = {"chaos": result.chaos, "units": result.units}
-        print(to_json({"rows": result.rows, **parts, "run": str(config.out)}))
-        return
-    out = Console(highlight=False)
-    out.print("Median envelope in mm, assumed modes|chain; †t: all diverge, median time in s;")
-    out.print("n%: only so many runs stay bounded; off: mean factor to Table 3")
-    out.print(table(result.rows))
-    out.print("Pairs of runs that start a hair apart: growth of the least hair, and % of pairs")
-    out.print("whose tips come to be over 1 mm apart, by hair in rad")
-    out.print(chaos_table(result.chaos))
-    out.print("Table 2's gains other than 0, and how many deviations from Table 1's means")
-    out.print(units_table(result.units))
-    out.print(verdict(result.rows, result.chaos), soft_wrap=True)
-    out.print(f"{config.out}: results.csv, chaos.csv, units.csv, figures/", soft_wrap=True)
+command = Study(run, tables, verdict, figures)

@@ -1,211 +1,283 @@
 """The reconstruction's study in words, tables and figures.
 
->>> envelope_figure(rows, run / "envelopes.png")      # doctest: +SKIP
+>>> verdict(result)      # doctest: +SKIP
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich import box
-from rich.table import Table
 
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.recording.traces import spoken
-from studies.core.figures import DPI, FONT, PLANT_MARKERS, STYLES, finish, save
+from studies.core.figures import canvas, finish, mark, name_lines, style
+from studies.core.paper import PLANTS
+from studies.core.table import Column, Table
 
-Rows = Sequence[Mapping[str, Any]]
-
-PLANTS = ("assumed-modes", "chain")
-WIDTH = 16.0  # [in], 1600 px
 LEAST = 1e-15  # [rad]; distances below are rounding
+MM = 1e3  # [mm/m]
 
 
-def _cell(row: Mapping[str, Any]) -> str:
-    """Return a median in mm, or when all runs diverged, or the share that did not."""
-    if row["bounded_share"] == 1.0:
-        return f"{1e3 * row['envelope']:5.1f}"
-    if row["bounded_share"] == 0.0:
-        return f"†{row['diverged_at']:4.2f}"
-    return f"{100 * row['bounded_share']:4.0f}%"
+@dataclass(frozen=True)
+class FigureRow:
+    """One variant, figure and plant over perturbed gains.
+
+    Envelopes [m] are of the runs that stayed bounded, None where none did; the time of divergence
+    [s] is the median of those that did not.
+    """
+
+    group: str
+    variant: str
+    figure: str
+    plant: str
+    runs: int
+    bounded_share: float
+    envelope: float | None
+    envelope_quartile_1: float | None
+    envelope_quartile_3: float | None
+    diverged_at: float | None
+    paper_simulation: float
+
+    @property
+    def outcome(self) -> str:
+        """The median in mm, or when all runs diverged, or the share that did not."""
+        if self.bounded_share == 1.0 and self.envelope is not None:
+            return f"{MM * self.envelope:5.1f}"
+        if self.bounded_share == 0.0:
+            return f"†{self.diverged_at:4.2f}"
+        return f"{100 * self.bounded_share:4.0f}%"
 
 
-def misfit(rows: Rows) -> float | None:
+@dataclass(frozen=True)
+class ChaosRow:
+    """How pairs of runs a hair apart part.
+
+    Attributes:
+        amplification, lasting: medians of the joints' largest and last distances over the hair.
+        apart: shares of pairs whose tips come to be far apart, by hair.
+        kind: 'chaotic', 'regular' or 'mixed'.
+    """
+
+    variant: str
+    figure: str
+    plant: str
+    amplification: float
+    lasting: float
+    apart: Mapping[str, float]
+    kind: str
+
+
+@dataclass(frozen=True)
+class UnitRow:
+    """A gain of Table 2 in seconds and in milliseconds, in deviations of Table 1."""
+
+    figure: str
+    gain: str
+    order: float
+    seconds: float
+    milliseconds: float
+    deviations_seconds: float
+    deviations_milliseconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReconstructResult:
+    """Rows per variant, figure and plant; chaos per figure and plant; units per gain.
+
+    Attributes:
+        apart: (K,) distance of the joints of two runs [rad], by figure and plant.
+    """
+
+    rows: list[FigureRow]
+    chaos: list[ChaosRow]
+    units: list[UnitRow]
+    apart: dict[tuple[str, str], Array]
+
+
+def misfit(rows: Sequence[FigureRow]) -> float | None:
     """Return the mean factor between envelopes and Table 3's, None where any run diverges."""
-    if any(row["bounded_share"] < 1.0 for row in rows):
+    found = [row.envelope for row in rows if row.bounded_share == 1.0 and row.envelope is not None]
+    if len(found) < len(rows):
         return None
-    logs = np.log([row["envelope"] / row["paper_simulation"] for row in rows])
+    logs = np.log(np.array(found) / [row.paper_simulation for row in rows])
     return float(np.exp(np.sqrt(np.mean(logs**2))))
 
 
-def table(rows: Rows) -> Table:
-    """Return a line per variant: both plants' median envelopes for Figures 3 to 6."""
-    figures = list(dict.fromkeys(row["figure"] for row in rows))
-    paper = {row["figure"]: 1e3 * row["paper_simulation"] for row in rows}
-    grid = Table(box=box.SIMPLE_HEAD, padding=0)
-    grid.add_column("variant\nTable 3", no_wrap=True)
-    for figure in figures:
-        grid.add_column(f"Figure {figure}\n{paper[figure]:.0f}", justify="right", no_wrap=True)
-    grid.add_column(" off", justify="right", no_wrap=True)
-    group = rows[0]["group"]
-    for name in dict.fromkeys(row["variant"] for row in rows):
-        mine = [row for row in rows if row["variant"] == name]
-        if mine[0]["group"] != group:
-            grid.add_row()
-            group = mine[0]["group"]
-        cells = [_cell(row) for row in mine]
-        pairs = map("|".join, zip(cells[::2], cells[1::2], strict=True))
-        factor = misfit(mine)
-        grid.add_row(name, *pairs, "-" if factor is None else f"{factor:.2f}")
-    return grid
+def misfits(rows: Sequence[FigureRow]) -> dict[str, float | None]:
+    """Return the mean factor of every variant."""
+    names = dict.fromkeys(row.variant for row in rows)
+    return {name: misfit([row for row in rows if row.variant == name]) for name in names}
 
 
-def chaos_table(chaos: Rows) -> Table:
-    """Return a line per variant and figure: growth, shares and kinds, assumed modes | chain."""
-    grid = Table(box=box.SIMPLE_HEAD, padding=0)
-    columns = [name for name in chaos[0] if name.startswith("apart_")]
-    grid.add_column("variant, figure", no_wrap=True)
-    grid.add_column("growth", justify="right", no_wrap=True)
-    for column in columns:
-        grid.add_column(column.removeprefix("apart_"), justify="right", no_wrap=True)
-    grid.add_column("kind", justify="right", no_wrap=True)
-    for modes, chain in zip(chaos[::2], chaos[1::2], strict=True):
-        pair = (modes, chain)
-        grid.add_row(
-            f"{modes['variant']}, {modes['figure']}",
-            "|".join(f"{row['amplification']:5.0e}" for row in pair),
-            *("|".join(f"{100 * row[column]:3.0f}" for row in pair) for column in columns),
-            "|".join(f"{row['kind']:>7}" for row in pair),
-        )
-    return grid
+def tables(result: ReconstructResult) -> list[Table]:
+    """Return both plants' envelopes by variant, how runs part, and Table 2's units."""
+    paper = {row.figure: MM * row.paper_simulation for row in result.rows}
+    factors = misfits(result.rows)
+
+    def factor(row: FigureRow) -> str:
+        known = factors[row.variant]
+        return "-" if known is None else f"{known:.2f}"
+
+    envelopes = (
+        Column("variant", "variant\nTable 3"),
+        *(
+            Column("outcome", f"Figure {figure}\n{envelope:.0f}", form=lambda row: row.outcome,
+                   where={"figure": figure})
+            for figure, envelope in paper.items()
+        ),
+        Column("off", form=factor, once=True),
+    )  # fmt: skip
+    chaos = (
+        Column("variant"),
+        Column("figure"),
+        Column("amplification", "growth", form="5.0e"),
+        *(
+            Column(hair, hair.removeprefix("apart_"), form="3.0f", scale=100)
+            for hair in result.chaos[0].apart
+        ),
+        Column("kind", form=lambda row: f"{row.kind:>7}"),
+    )
+    units = (
+        Column("figure"),
+        Column("gain"),
+        Column("order", form="g"),
+        Column("seconds", "with s", form=".4g"),
+        Column("deviations_seconds", "deviations", form="+.3g"),
+        Column("milliseconds", "with ms", form=".4g"),
+        Column("deviations_milliseconds", "deviations", form="+.3g"),
+    )
+    return [
+        Table(
+            result.rows,
+            envelopes,
+            "Median envelope in mm, assumed modes | chain; †t: all diverge, median time in s;\n"
+            "n%: only so many runs stay bounded; off: mean factor to Table 3",
+            key="rows",
+            file="results.csv",
+            line=("group", "variant"),
+            tight=True,
+        ),
+        Table(
+            result.chaos,
+            chaos,
+            "Pairs of runs that start a hair apart: growth of the least hair, and % of pairs\n"
+            "whose tips come to be over 1 mm apart, by hair in rad",
+            key="chaos",
+            file="chaos.csv",
+            line=("variant", "figure"),
+            tight=True,
+        ),
+        Table(result.units, key="units", file="units.csv"),
+        Table(
+            [row for row in result.units if row.seconds != 0.0],
+            units,
+            "Table 2's gains other than 0, and how many deviations from Table 1's means",
+        ),
+    ]
 
 
-def units_table(units: Rows) -> Table:
-    """Return Table 2's gains in seconds and in milliseconds, in deviations of Table 1."""
-    grid = Table(box=box.SIMPLE_HEAD)
-    for heading in ("figure", "gain", "order", "with s", "deviations", "with ms", "deviations"):
-        grid.add_column(heading, justify="right")
-    for row in units:
-        if row["seconds"] == 0.0:
-            continue
-        grid.add_row(
-            row["figure"],
-            row["gain"],
-            f"{row['order']:g}",
-            f"{row['seconds']:.4g}",
-            f"{row['deviations_seconds']:+.3g}",
-            f"{row['milliseconds']:.4g}",
-            f"{row['deviations_milliseconds']:+.3g}",
-        )
-    return grid
-
-
-def verdict(rows: Rows, chaos: Rows) -> str:
+def verdict(result: ReconstructResult) -> str:
     """Return in words which variants stay bounded, and how wide the placement's effect is."""
-    names = list(dict.fromkeys(row["variant"] for row in rows))
-    shares = {n: [row["bounded_share"] for row in rows if row["variant"] == n] for n in names}
+    rows = result.rows
+    shares: dict[str, list[float]] = {}
+    for row in rows:
+        shares.setdefault(row.variant, []).append(row.bounded_share)
     held = sum(min(share) == 1.0 for share in shares.values())
     lost = [name for name, share in shares.items() if max(share) == 0.0]
     lines = [
-        f"{held} of {len(names)} variants keep every run bounded, in all figures on both plants.",
+        f"{held} of {len(shares)} variants keep every run bounded, in all figures on both plants.",
         f"Nothing stays bounded with: {', '.join(lost) or 'none of them'}.",
     ]
-    factors = {n: misfit([row for row in rows if row["variant"] == n]) for n in names}
-    nearest = sorted((factor, name) for name, factor in factors.items() if factor is not None)
+    nearest = sorted((f, name) for name, f in misfits(rows).items() if f is not None)
     if nearest:
         lines.append(f"Nearest to Table 3: {nearest[0][1]}, off by a factor {nearest[0][0]:.2f}.")
-    kept = [row for row in rows if row["envelope"]]
-    spread = [
-        (row["envelope_quartile_3"] - row["envelope_quartile_1"]) / row["envelope"] for row in kept
-    ]
-    lines.append(
-        "The gains' fourth digits move an envelope by "
-        f"{100 * np.median(spread):.0f} % (median of the quartiles' distances), "
-        f"by over 25 % in {np.mean(np.array(spread) > 0.25):.0%} of the rows."
-    )
-    placed = [row for row in rows if row["group"] == "place" and row["envelope"] is not None]
-    for figure in dict.fromkeys(row["figure"] for row in placed):
-        widths = [1e3 * row["envelope"] for row in placed if row["figure"] == figure]
-        lines.append(
-            f"Placement moves Figure {figure} from {min(widths):.1f} to {max(widths):.1f} mm."
-        )
-    kinds = [row["kind"] for row in chaos]
+    lines += [_spread(rows), *_placements(rows)]
+    kinds = [row.kind for row in result.chaos]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
-    lines.append(f"Of {len(kinds)} motions looked at closely: {counts}.")
-    return "\n".join(lines)
+    return "\n".join([*lines, f"Of {len(kinds)} motions looked at closely: {counts}."])
 
 
-def envelope_figure(rows: Rows, path: Path) -> None:
-    """Write median envelopes with quartiles, a panel per figure of the paper, a line per variant.
+def _spread(rows: Sequence[FigureRow]) -> str:
+    """Return in words how far the gains' fourth digits move envelopes."""
+    spread = np.array([
+        (row.envelope_quartile_3 - row.envelope_quartile_1) / row.envelope
+        for row in rows
+        if row.envelope and row.envelope_quartile_1 is not None
+        and row.envelope_quartile_3 is not None
+    ])  # fmt: skip
+    return (
+        f"The gains' fourth digits move an envelope by {100 * np.median(spread):.0f} % (median of "
+        f"the quartiles' distances), by over 25 % in {np.mean(spread > 0.25):.0%} of the rows."
+    )
 
-    Args:
-        rows: of the study. path: the PNG to write; a file already there is replaced.
 
-    Raises:
-        RunError: the file cannot be written.
-    """
-    names = list(dict.fromkeys(row["variant"] for row in rows))
-    figures = list(dict.fromkeys(row["figure"] for row in rows))
-    figure = Figure(figsize=(WIDTH, 2.0 + 0.32 * len(names)), dpi=DPI, layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(figures), sharey=True))
-    for axes, number in zip(panels, figures, strict=True):
-        mine = [row for row in rows if row["figure"] == number]
-        axes.axvline(1e3 * mine[0]["paper_simulation"], color="0.55", label="paper, simulation")
+def _placements(rows: Sequence[FigureRow]) -> Iterator[str]:
+    """Give in words how far placement moves each figure's envelopes."""
+    widths: dict[str, list[float]] = {}
+    for row in rows:
+        if row.group == "place" and row.envelope is not None:
+            widths.setdefault(row.figure, []).append(MM * row.envelope)
+    for figure, found in widths.items():
+        yield f"Placement moves Figure {figure} from {min(found):.1f} to {max(found):.1f} mm."
+
+
+def figures(result: ReconstructResult) -> Iterator[tuple[str, Figure]]:
+    """Give envelopes by variant, and the distances of runs a hair apart."""
+    yield "envelopes", envelope_figure(result.rows)
+    yield "chaos", chaos_figure(result.apart)
+
+
+def envelope_figure(rows: Sequence[FigureRow]) -> Figure:
+    """Return median envelopes with quartiles, a panel per figure of the paper."""
+    names = list(dict.fromkeys(row.variant for row in rows))
+    paper = {row.figure: MM * row.paper_simulation for row in rows}
+    figure, ((*panels,),) = canvas(1, len(paper), height=2.0 + 0.32 * len(names), sharey=True)
+    for axes, (number, simulation) in zip(panels, paper.items(), strict=True):
+        axes.axvline(simulation, color="0.55", label="paper, simulation")
         for plant, shift in zip(PLANTS, (-0.15, 0.15), strict=True):
-            _draw_plant(axes, [row for row in mine if row["plant"] == plant], plant, shift, names)
+            mine = [row for row in rows if (row.figure, row.plant) == (number, plant)]
+            _draw_plant(axes, mine, plant, shift, names)
         axes.set_xscale("log")
         axes.set(title=f"Figure {number}", xlabel="envelope [mm]")
         for formatter in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
             formatter(lambda value, _: f"{value:g}" if f"{value:g}"[0] in "125" else "")
-    panels[0].set_yticks(range(len(names)), names)
-    panels[0].set_ylim(len(names) - 0.5, -0.5)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=FONT)
-    finish(figure, panels)
-    save(figure, path)
+    name_lines(panels[0], names)
+    return finish(figure, panels, legend=4)
 
 
-def _draw_plant(axes: Any, rows: Rows, plant: str, shift: float, names: list[str]) -> None:
+def _draw_plant(
+    axes: Any, rows: Sequence[FigureRow], plant: str, shift: float, names: list[str]
+) -> None:
     """Draw one plant's medians and quartiles; a cross at the panel's edge where none is bounded."""
-    colour, marker = STYLES[plant]["color"], PLANT_MARKERS[plant]
-    axes.plot([], [], marker, color=colour, label=spoken(plant))
+    marker, how = mark(plant)
+    colour = how["color"]
+    axes.plot([], [], marker, **how)
     for row in rows:
-        height = names.index(row["variant"]) + shift
-        if row["envelope"] is None:
+        height = names.index(row.variant) + shift
+        if row.envelope is None:
             axes.plot(0.985, height, "x", color=colour, transform=axes.get_yaxis_transform())
             continue
-        ends = [1e3 * row["envelope_quartile_1"], 1e3 * row["envelope_quartile_3"]]
+        ends = MM * np.array([row.envelope_quartile_1, row.envelope_quartile_3], float)
         axes.plot(ends, [height, height], color=colour, linewidth=3, alpha=0.6)
-        filled = colour if row["bounded_share"] == 1.0 else "white"
-        axes.plot(1e3 * row["envelope"], height, marker, color=colour, markerfacecolor=filled)
+        filled = colour if row.bounded_share == 1.0 else "white"
+        axes.plot(MM * row.envelope, height, marker, color=colour, markerfacecolor=filled)
 
 
-def chaos_figure(apart: Mapping[tuple[str, str], Array], period: float, path: Path) -> None:
-    """Write the distance of two runs' joints over time, a panel per figure of the paper.
-
-    Args:
-        apart: (K,) [rad] by figure and plant; period: of the samples [s].
-        path: the PNG to write; a file already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    figures = list(dict.fromkeys(number for number, _ in apart))
-    figure = Figure(figsize=(WIDTH, 6.0), dpi=DPI, layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(figures), sharey=True))
-    for axes, number in zip(panels, figures, strict=True):
+def chaos_figure(apart: Mapping[tuple[str, str], Array]) -> Figure:
+    """Return the distance of two runs' joints (K,) [rad] over time, a panel per figure."""
+    numbers = list(dict.fromkeys(number for number, _ in apart))
+    figure, ((*panels,),) = canvas(1, len(numbers), height=6.0, sharey=True)
+    for axes, number in zip(panels, numbers, strict=True):
         for plant in PLANTS:
             distance = np.maximum(apart[number, plant], LEAST)
-            time = period * np.arange(len(distance))
-            style = STYLES[plant] | {"linewidth": 1.2}
-            axes.semilogy(time, distance, label=spoken(plant), **style)
+            time = PERIOD * np.arange(len(distance))
+            how = style(plant) | {"linewidth": 1.2}
+            axes.semilogy(time, distance, label=spoken(plant), **how)
         axes.set(title=f"Figure {number}", xlabel="time [s]")
     panels[0].set_ylabel("distance of the joints [rad]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=FONT)
-    finish(figure, panels)
-    save(figure, path)
+    return finish(figure, panels, legend=2)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from flexsim.loop.friction import Friction
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Trajectory, trajectory
+from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 
@@ -47,9 +48,9 @@ class Variant:
     slowness: float = 1.0
     steps: int = 1
 
-    def trajectory(self, path: str) -> Trajectory:
+    def trajectory(self, shape: str) -> Trajectory:
         """Return the reconstructed trajectory as this variant has it."""
-        drawn = trajectory(path, reconstructed=True)
+        drawn = trajectory(shape, reconstructed=True)
         drawn = replace(drawn, duration=drawn.duration * self.slowness)
         if drawn.shape == "line":
             (x0, y0), (x1, y1) = drawn.start, drawn.end
@@ -65,7 +66,7 @@ class Variant:
 
     def plants(self, robot: Robot, modes: int, segments: int | None) -> list[Plant]:
         """Return both plants with this variant's motors and physics step."""
-        step = 1e-3 / self.steps
+        step = PERIOD / self.steps
         finer = step if self.steps > 1 and robot.file is None else None  # a file has its own
         return list(robot.both(self.setting, modes, segments, step, finer))
 

@@ -1,79 +1,125 @@
-"""The study of screened draws in words, a table and a figure.
+"""The study of screened draws in a table, words and a figure.
 
->>> screening_figure(rows, target, "circle", run / "screening.png")      # doctest: +SKIP
+>>> verdict(result)      # doctest: +SKIP
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich import box
-from rich.table import Table
 
 from flexsim.numerics.types import Array
-from studies.core.figures import DPI, FONT, finish, save
+from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish
+from studies.core.table import Column, Table
 
-Rows = Sequence[Mapping[str, Any]]
-
-SIZE = (16.0, 8.0)  # [in], 1600 px wide
-COLOURS = {False: "#E69F00", True: "#0072B2"}  # Okabe and Ito's, by whether draws are screened
+COLOURS = {False: ORANGE, True: BLUE}  # by whether draws are screened
 NAMES = {False: "plain", True: "screened"}
-HEADINGS = (
-    "first\nstable",
-    "target\nruns",
-    "\ns",
-    "best\nindex",
-    "candi-\ndates",
-    "screen\ns",
-    "in all\ns",
+INDEX = 1e4  # the table's indices are in 1e-4 m2 s
+COLUMNS = (
+    Column("seed", form="d"),
+    Column("draws"),
+    Column("stable_first", "first\nstable", "%", ".0f", 100),
+    Column("simulations_to_target", "target\nruns", "", "d"),
+    Column("seconds_to_target", "target", "s", ".1f"),
+    Column("best_index", "best\nindex", "", ".4g", INDEX),
+    Column("candidates", "candi-\ndates", "", "d"),
+    Column("seconds_screening", "screen", "s", ".1f"),
+    Column("seconds", "in all", "s", ".1f"),
 )
 
 
-def _cell(value: float | None, form: str) -> str:
-    return "-" if value is None or not math.isfinite(value) else format(value, form)
+@dataclass(frozen=True)
+class SearchRow:
+    """One search.
+
+    Attributes:
+        seed, screen: as in `Tuning`. stable_first: share of the first generation that holds.
+        simulations_to_target, seconds_to_target: until the target was reached, None if never.
+        best_index: of the whole search [m2 s], inf if nothing holds. candidates: screened.
+        seconds, seconds_screening: in all, and of screening.
+    """
+
+    seed: int
+    screen: int
+    stable_first: float
+    simulations_to_target: int | None
+    seconds_to_target: float | None
+    simulations: int
+    best_index: float
+    candidates: int
+    seconds: float
+    seconds_screening: float
+
+    @property
+    def draws(self) -> str:
+        """Whether the search's draws are screened, in a word."""
+        return NAMES[bool(self.screen)]
 
 
-def screening_table(rows: Rows) -> Table:
-    """Return the rows as a table for the terminal, seed by seed, plain above screened."""
-    grid = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in ("seed", "draws"):
-        grid.add_column(heading, no_wrap=True)
-    for heading in HEADINGS:
-        grid.add_column(heading, justify="right", no_wrap=True)
-    for each in rows:
-        grid.add_row(
-            "" if each["screen"] else str(each["seed"]),
-            NAMES[bool(each["screen"])],
-            f"{100 * each['stable_first']:.0f} %",
-            _cell(each["simulations_to_target"], "d"),
-            _cell(each["seconds_to_target"], ".1f"),
-            _cell(1e4 * each["best_index"], ".4g"),
-            str(each["candidates"]) if each["screen"] else "",
-            f"{each['seconds_screening']:.1f}" if each["screen"] else "",
-            f"{each['seconds']:.1f}",
-        )
-    return grid
+@dataclass(frozen=True)
+class CurveRow:
+    """A search after one of its generations: best index so far [m2 s] and what it took."""
+
+    seed: int
+    screen: int
+    generation: int
+    simulations: int
+    best: float
+    seconds: float
 
 
-def median_to_target(rows: Rows, screen: bool, cost: str) -> float:
+@dataclass(frozen=True, eq=False)
+class ScreeningResult:
+    """Searches, their courses, what they are about, the index that counts as equal [m2 s]."""
+
+    rows: list[SearchRow]
+    curves: list[CurveRow]
+    title: str
+    target: float
+
+
+def tables(result: ScreeningResult) -> list[Table]:
+    """Return the searches seed by seed, plain above screened, and their courses for the file."""
+    note = (
+        f"Target: {INDEX * result.target:.4g}e-4 m2 s, median of what the plain searches end with: "
+        "simulations and seconds until it is reached, - if never. Best index after the whole "
+        "search [1e-4 m2 s]"
+    )
+    return [
+        Table(
+            result.rows,
+            COLUMNS,
+            note=note if math.isfinite(result.target) else "",
+            key="rows",
+            file="results.csv",
+        ),
+        Table(result.curves, file="convergence.csv"),
+    ]
+
+
+def facts(result: ScreeningResult) -> dict[str, float]:
+    """Return the target."""
+    return {"target": result.target}
+
+
+def median_to_target(rows: Sequence[SearchRow], screen: bool, cost: str) -> float:
     """Return the median over seeds of a cost until the target, inf if most never reach it.
 
     Args:
         rows: of the study. screen: of the screened searches or the plain ones.
         cost: 'simulations' or 'seconds'.
     """
-    costs = [row[f"{cost}_to_target"] for row in rows if bool(row["screen"]) == screen]
+    costs = [getattr(row, f"{cost}_to_target") for row in rows if bool(row.screen) == screen]
     return float(np.median([math.inf if each is None else each for each in costs]))
 
 
-def verdict(rows: Rows) -> str:
+def verdict(result: ScreeningResult) -> str:
     """Return what screening saves, or that it does not, in simulations and in seconds."""
-    said = []
+    rows, said = result.rows, []
     for cost in ("simulations", "seconds"):
         plain, other = (median_to_target(rows, screen, cost) for screen in (False, True))
         if math.isfinite(plain) and math.isfinite(other):
@@ -83,55 +129,44 @@ def verdict(rows: Rows) -> str:
         else:
             fate = [f"{x:.4g}" if math.isfinite(x) else "unreached" for x in (plain, other)]
             said.append(f"{cost} {fate[0]} without, {fate[1]} with it")
-    ends = {
-        screen: [row["best_index"] for row in rows if bool(row["screen"]) == screen]
-        for screen in (False, True)
-    }
-    better = sum(new < old for old, new in zip(ends[False], ends[True], strict=True))
+    ends = {row.seed: row.best_index for row in rows if not row.screen}
+    better = sum(row.best_index < ends[row.seed] for row in rows if row.screen)
     return (
         f"Screening, until the target, medians: {'; '.join(said)}. At the end, after equal "
-        f"simulations, it is better for {better} of {len(ends[False])} seeds."
+        f"simulations, it is better for {better} of {len(ends)} seeds."
     )
 
 
-def _bests(rows: Rows, screen: bool) -> tuple[Array, Array]:
+def _bests(rows: Sequence[CurveRow], screen: bool) -> tuple[Array, Array]:
     """Return simulations (G,) and best indices (seeds, G) of the plain or the screened searches."""
-    mine = [row for row in rows if bool(row["screen"]) == screen]
-    seeds = dict.fromkeys(row["seed"] for row in mine)
-    first = [row["simulations"] for row in mine if row["seed"] == mine[0]["seed"]]
-    best = [[row["best"] for row in mine if row["seed"] == seed] for seed in seeds]
+    mine = [row for row in rows if bool(row.screen) == screen]
+    first = [row.simulations for row in mine if row.seed == mine[0].seed]
+    seeds = dict.fromkeys(row.seed for row in mine)
+    best = [[row.best for row in mine if row.seed == seed] for seed in seeds]
     return np.array(first, dtype=float), np.array(best, dtype=float)
 
 
-def screening_figure(rows: Rows, target: float, title: str, path: Path) -> None:
-    """Write the best index so far against simulations: median and range over seeds.
-
-    Args:
-        rows: one per search and generation. target: index that counts as equal result [m2 s].
-        title: of the figure.
-        path: the PNG to write; a file already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-    axes = figure.subplots()
-    held = [row["best"] for row in rows if math.isfinite(row["best"])]
+def figures(result: ScreeningResult) -> Iterator[tuple[str, Figure]]:
+    """Give the best index so far against simulations: median and range over seeds."""
+    figure, panels = canvas(height=8.0)
+    axes = panels[0, 0]
+    held = [row.best for row in result.curves if math.isfinite(row.best)]
     for screen, colour in COLOURS.items():
-        simulations, best = _bests(rows, screen)
+        simulations, best = _bests(result.curves, screen)
         shown = np.where(np.isfinite(best), best, np.nan)
         middle = np.median(best, axis=0)
         top = np.where(np.isfinite(best).all(axis=0), best.max(axis=0), max(held, default=1.0))
         some = np.isfinite(best).any(axis=0)
         low = np.array([np.nanmin(column) for column in shown.T[some]])
         axes.fill_between(simulations[some], low, top[some], color=colour, alpha=0.2, linewidth=0)
-        axes.plot(simulations, np.where(np.isfinite(middle), middle, np.nan), color=colour,
-                  linewidth=2.6, label=f"{NAMES[screen]}: median and range")  # fmt: skip
-    if math.isfinite(target):
-        axes.axhline(target, color="0.4", linestyle="--", label="target: median the plain end with")
+        middle = np.where(np.isfinite(middle), middle, np.nan)
+        label = f"{NAMES[screen]}: median and range"
+        axes.plot(simulations, middle, color=colour, linewidth=2.6, label=label)
+    if math.isfinite(result.target):
+        label = "target: median the plain end with"
+        axes.axhline(result.target, color="0.4", linestyle="--", label=label)
     if held:
         axes.set_yscale("log")
-    axes.set(xlabel="simulations", ylabel="best index (5) so far [m² s]", title=title)
+    axes.set(xlabel="simulations", ylabel="best index (5) so far [m² s]", title=result.title)
     axes.legend(fontsize=FONT, frameon=False)
-    finish(figure, [axes])
-    save(figure, path)
+    yield "screening", finish(figure, [axes])

@@ -41,10 +41,10 @@ from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.mujoco_steps import Workspaces
 from studies.core.folder import to_json
-from studies.core.options import RobotOptions, print_differences
+from studies.core.options import RobotOptions, show_differences
 from studies.core.timing import least_cost
 from studies.tuning.genetic import GeneticSettings
-from studies.tuning.individuals import MS_PER_S, Structure
+from studies.tuning.individuals import MS_PER_S, ControllerDesign
 from studies.tuning.problem import Problem
 
 WHOLE = 5.0  # [s] of the trajectory, for a single controller
@@ -126,7 +126,7 @@ def as_drawn(controller: Controller) -> Array:
 def generation_run(plant: Plant, seconds: float = WHOLE) -> Callable[[], float]:
     """Return a function that evaluates a new generation and gives simulated milliseconds."""
     ref, center = started(plant.parameters, seconds), as_drawn(TUNED[TASK])
-    problem = Problem(Structure(), ((plant, setting("print")),), ref)
+    problem = Problem(ControllerDesign(), ((plant, setting("print")),), ref)
     size, rng = PAPERS.population - PAPERS.survivors, np.random.default_rng(1)
 
     def once() -> float:
@@ -242,7 +242,7 @@ def _cost_table(result: BenchmarkResult) -> Table:
 def command(config: BenchmarkConfig) -> None:
     """Print the costs."""
     if not config.json:
-        print_differences(config.robot_of())
+        show_differences(config.robot_of())
     result = run(config)
     if config.json:
         print(to_json(vars(result)))

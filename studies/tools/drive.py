@@ -18,7 +18,7 @@ from flexsim.numerics.atomic import require_replaceable, write_text
 from flexsim.numerics.files import MIB, read_text
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
-from studies.core.options import RobotOptions, print_differences
+from studies.core.options import RobotOptions, show_differences
 
 ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
@@ -133,7 +133,7 @@ def command(config: DriveConfig) -> None:
     if config.json:
         print(to_json(summary))
     else:
-        print_differences(config.robot_of())
+        show_differences(config.robot_of())
         x, y = motion.tip[-1]
         print(
             f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "

@@ -1,6 +1,6 @@
 """From ten parameters to the filters of two joints, for whole populations.
 
-    >>> Structure().filters(TABLE_1.sample(np.random.default_rng(1), 50))[0]
+    >>> ControllerDesign().filters(TABLE_1.sample(np.random.default_rng(1), 50))[0]
 
 Parameters are Table 1's, gains in N m ms^nu/rad; filters are in SI. The series (2) and
 Grünwald-Letnikov's are built for a population at once, since one by one they would take an eighth
@@ -78,7 +78,7 @@ def series_taps(orders: Array, period: float, terms: int, realisation: str) -> A
 
 
 @dataclass(frozen=True)
-class Structure:
+class ControllerDesign:
     """What ten parameters mean.
 
     Attributes:

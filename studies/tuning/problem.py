@@ -36,7 +36,7 @@ from studies.tuning.genetic import (
     Search,
     run_genetic,
 )
-from studies.tuning.individuals import Structure
+from studies.tuning.individuals import ControllerDesign
 from studies.tuning.peers import check_de, run_cma, run_de
 
 PLANTS, BOTH = ("assumed-modes", "chain"), "both"
@@ -68,7 +68,7 @@ class Tuning:
 
     Attributes:
         trajectory, setting: names. plant: 'both', or a plant's name, see `flexsim.robot`.
-        controller, realisation, terms, period, filter_time: see `Structure`.
+        controller, realisation, terms, period, filter_time: see `ControllerDesign`.
         distribution: 'table-1', 'log-uniform' or a TOML file, see `studies.tuning.distributions`.
         tuner: 'genetic', 'cma' or 'de'.
         weights: of x, y and v in the index (5).
@@ -146,15 +146,15 @@ class Tuning:
             raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
         if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
             raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
-        _ = self.structure  # refuses what it cannot be made of
+        _ = self.design  # refuses what it cannot be made of
         genetic = self.genetic
         if self.tuner == "de":
             check_de(genetic)
 
     @property
-    def structure(self) -> Structure:
+    def design(self) -> ControllerDesign:
         """What the ten parameters mean."""
-        return Structure(
+        return ControllerDesign(
             self.controller, self.realisation, self.terms, self.period, self.filter_time
         )
 
@@ -169,13 +169,13 @@ class Problem:
     """The index of individuals, called with parameters (K, 10): one compiled call per scenario.
 
     Attributes:
-        structure: from parameters to filters.
+        design: from parameters to filters.
         scenarios: plants, each with its setting; the worst of them counts.
-        reference: sampled at the structure's period.
+        reference: sampled at the design's period.
         weights: of x, y and v in the index (5). threads: None for all; results are the same.
     """
 
-    structure: Structure
+    design: ControllerDesign
     scenarios: tuple[tuple[Plant, Setting], ...]
     reference: Reference
     weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -185,7 +185,7 @@ class Problem:
         """Return the worst index of each individual, and the earliest time of divergence."""
         indices = np.full(len(parameters), np.inf)
         diverged = np.full(len(parameters), UNBUILT)
-        built = self.structure.filters(parameters)
+        built = self.design.filters(parameters)
         usable = [i for i, filters in enumerate(built) if filters is not None]
         if not usable:
             return Scores(indices, diverged)
@@ -281,7 +281,7 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
     scenarios = scenarios_of(tuning, robot)
     for plant, _ in scenarios:
         loop_of(plant, ref, weights=tuning.weights)  # checks period, step and weights
-    return Problem(tuning.structure, scenarios, ref, tuning.weights, threads)
+    return Problem(tuning.design, scenarios, ref, tuning.weights, threads)
 
 
 def distribution_for(tuning: Tuning) -> Distribution:

@@ -22,7 +22,7 @@ from flexsim.loop.compiled_loop import stack_filters
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import Distribution
-from studies.tuning.individuals import Filters, Structure
+from studies.tuning.individuals import ControllerDesign, Filters
 from studies.tuning.problem import Problem, Tuning
 
 GAIN_MOST = 1e100  # of a filter's coefficients; the loop's matrix would overflow not far beyond
@@ -37,12 +37,12 @@ class NearRest:
     """How fast the loops of individuals grow, called with parameters (K, 10).
 
     Attributes:
-        structure: from parameters to filters.
+        design: from parameters to filters.
         plants: each with the way its loop is linearised.
         poses: theta2 [rad].
     """
 
-    structure: Structure
+    design: ControllerDesign
     plants: tuple[tuple[Plant, LoopOptions], ...]
     poses: tuple[float, ...]
 
@@ -53,7 +53,7 @@ class NearRest:
         the next. inf where no filter can be built, or one beyond `GAIN_MOST`.
         """
         growth = np.full(len(parameters), np.inf)
-        built = self.structure.filters(parameters)
+        built = self.design.filters(parameters)
         left = np.array([i for i, pair in enumerate(built) if pair and _moderate(pair)], dtype=int)
         growth[left] = -np.inf
         for plant, options in self.plants:
@@ -130,4 +130,4 @@ def screened(tuning: Tuning, draws: Distribution, problem: Problem) -> Distribut
     poses = tuple(extreme_poses(problem.reference))
     for plant, options in plants:
         sampled_plant(plant, poses[0], options)  # refuses what cannot be linearised
-    return Screened(draws.draws, NearRest(problem.structure, plants, poses), tuning.screen)
+    return Screened(draws.draws, NearRest(problem.design, plants, poses), tuning.screen)

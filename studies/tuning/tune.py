@@ -23,9 +23,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.errors import ParameterError
-from flexsim.loop.runs import thread_count
 from flexsim.robot import Robot
-from studies.core.options import ROBOT_FILE, NameOptions, print_differences
+from studies.core.options import ROBOT_FILE, NameOptions, show_differences
+from studies.core.study_options import check_threads
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
 from studies.tuning.genetic import Generation, OnGeneration, Search
@@ -178,7 +178,7 @@ def begin(config: TuneConfig) -> tuple[Record, Problem, Start]:
     draws = screened(tuning, given_draws, problem)
     texts = texts_of(tuning, problem, robot)
     if not config.json:
-        print_differences(robot)
+        show_differences(robot)
 
     def start() -> None:
         tune_folder.start(folder, config.force, tuning, draws, texts)
@@ -209,14 +209,8 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     draws = screened(record.tuning, record.draws, problem)
     tune_folder.cut(folder, record.size)
     if not config.json:
-        print_differences(robot)
+        show_differences(robot)
     return dataclasses.replace(record, draws=draws), problem
-
-
-def check_threads(threads: int | None) -> None:
-    """Refuse a number of threads that there are not, before anything is written."""
-    if threads is not None and not 1 <= threads <= thread_count():
-        raise ParameterError(f"threads is {threads}; give 1 to {thread_count()}")
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from studies.core.folder import to_json
-from studies.core.options import print_differences
+from studies.core.options import show_differences
 
 if TYPE_CHECKING:
     from studies.watch.watch import Save
@@ -50,7 +50,7 @@ def json_line(when: datetime, save: Save | None = None, error: str | None = None
 def print_save(save: Save, before: Save | None) -> None:
     """Print what a save changes from the default, and from the one before."""
     console = Console(highlight=False)
-    print_differences(save.robot, console)
+    show_differences(save.robot, console)
     since = f"; change: since save {before.number}" if before else ""
     table = Table(title=f"{save.when:%H:%M:%S} save {save.number}{since}", title_justify="left")
     table.add_column("")

@@ -22,7 +22,7 @@ from studies.tools.benchmark import (
     run,
     tuning_budget,
 )
-from studies.tuning.individuals import Structure
+from studies.tuning.individuals import ControllerDesign
 
 COUNTED = 1e-9  # relative: sums of steps that are no binary fractions
 ROUNDING = 1e-12  # relative: gains to milliseconds and back
@@ -84,7 +84,7 @@ def test_generations_are_near_the_tuned_controller_and_run_to_the_end() -> None:
     center = as_drawn(TUNED["circle"])
     drawn = TUNED["circle"].joint2
     assert center[5] == pytest.approx(drawn.k1 * 1000**drawn.nu1)
-    ((one, two),) = Structure().filters(center[None])
+    ((one, two),) = ControllerDesign().filters(center[None])
     for built, own in zip((one, two), TUNED["circle"].filters(1e-3), strict=True):
         assert built[0] == pytest.approx(own[0], rel=ROUNDING)
     once = generation_run(modes, 0.1)

@@ -1,16 +1,12 @@
 """The commands end to end: what they print for machines, what they write, what they promise."""
 
-import csv
 import json
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
-from studies.compare.compare import CompareConfig, plants_of, run_task, tasks
-from studies.compare.report import true_tip_table
 from studies.main import main
 from studies.parity.motions import trial_torque
 
@@ -19,7 +15,6 @@ CLAMPED = 1e-9  # relative: the design tunes these to rounding
 JOINT_FREE = 3e-4  # relative, promised for the default chain
 COUPLING = 5e-4  # relative, promised for the default chain
 SMALL_TIP = 1e-5  # [m] rms between the plants over 2 s, promised
-TRUE_TIP_SHARE = 0.2  # of the uncompensated envelope: the aim of the shaped references
 SLACK = 2.0  # of chain loop over bare mj_step: promised 1.15, but test machines are shared
 
 
@@ -28,96 +23,6 @@ def printed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> Any:
     shown = capsys.readouterr()
     assert shown.err == ""
     return json.loads(shown.out)
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a comparison with few perturbations."""
-    folder = tmp_path_factory.mktemp("runs") / "compare"
-    assert main(["compare", "--out", str(folder), "--perturbations", "2"]) == 0
-    return folder
-
-
-def rows_of(folder: Path) -> list[dict[str, str]]:
-    with (folder / "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def test_compare_has_every_case_on_both_plants(run: Path) -> None:
-    rows = rows_of(run)
-    cases = {(row["controllers"], row["trajectory"], row["plant"], row["setting"]) for row in rows}
-    assert len(rows) == len(cases) == 16
-    pairs = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
-    for path, devised in pairs:
-        for plant in ("assumed-modes", "chain"):
-            assert (f"tuned {devised}", path, plant, "print") in cases
-            assert (f"Table 2 {devised}", path, plant, "reconstructed") in cases
-
-
-def test_every_controller_holds_on_both_plants(run: Path) -> None:
-    for row in rows_of(run)[:16]:
-        assert row["diverged"] == "False"
-        assert 1e-3 < float(row["envelope"]) < 0.1
-        assert 0 < float(row["rms_error"]) <= float(row["max_error"])
-
-
-def test_run_folder_explains_itself(run: Path) -> None:
-    about = json.loads((run / "config.json").read_text())
-    assert about["configuration"]["seed"] == 1
-    assert {"mujoco", "numpy", "python", "rerun-sdk"} <= set(about["versions"])
-    for name in ("chain_print.xml", "chain_reconstructed.xml"):
-        mujoco.MjModel.from_xml_path(str(run / name))
-    model = mujoco.MjModel.from_xml_path(str(run / "chain_reconstructed.xml"))
-    assert model.joint("joint2").armature[0] == 0.0557  # the fit's motor 2
-    for case in about["cases"]:
-        assert (run / "figures" / f"{case}.png").stat().st_size > 10_000
-    assert (run / "run.rrd").stat().st_size > 100_000
-    assert not list(run.parent.glob(".*"))
-
-
-def test_same_seed_same_rows_on_one_thread(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["compare", "--out", str(tmp_path / "again"), "--perturbations", "2"]
-    shown = printed([*arguments, "--threads", "1", "--json"], capsys)
-    assert shown["run"] == str(tmp_path / "again")
-    again = rows_of(tmp_path / "again")
-    assert len(again) == len(shown["rows"]) == 16
-    assert again == rows_of(run)[:16]
-    for row, written in zip(shown["rows"], again, strict=True):
-        assert row["envelope"] == float(written["envelope"])
-        assert isinstance(row["diverged"], bool)
-        assert {"rms_error", "max_v", "paper_simulation"} <= set(row)
-
-
-def test_references_for_the_true_tip() -> None:
-    """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
-    config = CompareConfig(perturbations=1, true_tip=True)
-    rows = [
-        run_task(task, plant, config)[0]
-        for task in tasks(config)
-        if task.group == "true tip"
-        for plant in plants_of(config, task.setting)
-    ]
-    assert true_tip_table(rows).row_count == 6 + 3 * 2 + 3 * 3
-    assert len(rows) == 2 * 3 * (2 + 3)
-    envelope = {
-        (row["trajectory"], row["setting"], row["plant"], row["reference"]): float(row["envelope"])
-        for row in rows
-    }
-    for (path, setting, plant, how), width in envelope.items():
-        if how == ("true tip" if setting == "none" else "true tip, dithered"):
-            assert width < TRUE_TIP_SHARE * envelope[path, setting, plant, "mirrored tip"]
-    for row in rows:
-        assert (float(row["dead_zone_error"]) > 0.004) == (row["setting"] == "print")
-
-
-def test_force_replaces_a_run_only(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = (run / "results.csv").read_text()
-    assert main(["compare", "--out", str(run)]) == 2
-    assert main(["compare", "--out", str(run.parent), "--force"]) == 2
-    assert (run / "results.csv").read_text() == before
-    capsys.readouterr()
 
 
 def test_modes_of_the_default_chain(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from quick_run import QuickRun
 
 from controllers import TABLE_2, TUNED, Controller
 from flexsim import FlexsimError, Parameters
@@ -20,13 +23,15 @@ from studies.compare.compare import (
     plants_of,
     run,
     run_task,
-    summary,
     tasks,
     tip_difference,
 )
-from studies.compare.report import Comparison, print_report, verdict
-from studies.core.repeats import PERTURBATION, perturbed
+from studies.compare.report import group_verdict, tables, true_tip_rows
+from studies.compare.rows import CompareRow, Comparison
+from studies.core.repeats import PERTURBATION, Medians, medians, perturbed
+from studies.main import main
 
+TRUE_TIP_SHARE = 0.2  # of the uncompensated envelope: the aim of the shaped references
 PAIRS = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
 FIGURES = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}
 PLANTS = ("assumed-modes", "chain")
@@ -36,9 +41,15 @@ DEFLECTION = 0.25  # [m] the loop stops a run whose v is half the beam's length
 MEDIAN_DIGITS = 1e-15  # relative: of the mean of two numbers
 
 
-@pytest.fixture(scope="module")
-def comparison() -> Comparison:
-    return run(FEW)
+@pytest.fixture
+def compared(quick: Callable[[str], QuickRun]) -> QuickRun:
+    return quick("compare")
+
+
+@pytest.fixture
+def comparison(compared: QuickRun) -> Comparison:
+    result: Comparison = compared.result
+    return result
 
 
 def gains(controller: Controller) -> np.ndarray[Any, Any]:
@@ -79,18 +90,18 @@ def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
     rows = comparison.rows
     assert len(rows) == 16
     for row, name in zip(rows, PLANTS * 8, strict=True):
-        assert row["plant"] == name
-        assert row["diverged"] is False
-        assert 0 < row["rms_error"] <= row["max_error"]
-        assert 0 < row["envelope"] and 0 < row["max_v"] < DEFLECTION
-        assert row["runs"] == 2
-        assert row["envelope_quartile_1"] <= row["envelope"] <= row["envelope_quartile_3"]
+        assert row.plant == name
+        assert row.found.diverged is False
+        assert 0 < row.found.rms_error <= row.found.max_error
+        assert 0 < row.found.envelope and 0 < row.found.max_v < DEFLECTION
+        assert row.found.runs == 2
+        assert row.found.envelope_quartile_1 <= row.found.envelope <= row.found.envelope_quartile_3
     for first, second in zip(rows[::2], rows[1::2], strict=True):
-        assert [first[key] for key in ("controllers", "trajectory", "setting")] == [
-            second[key] for key in ("controllers", "trajectory", "setting")
-        ]
-        assert first["tip_difference"] == second["tip_difference"] > 0
-        assert first["envelope"] != second["envelope"]
+        assert (first.controllers, first.case, first.setting) == (
+            *(second.controllers, second.case, second.setting),
+        )
+        assert first.tip_difference == second.tip_difference > 0
+        assert first.found.envelope != second.found.envelope
 
 
 def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
@@ -105,14 +116,29 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
         assert mujoco.MjModel.from_xml_string(text).nv == 8
 
 
-def test_report_has_every_row(comparison: Comparison, capsys: pytest.CaptureFixture[str]) -> None:
-    print_report(comparison, Path("runs/x"))
-    text = capsys.readouterr().out
-    assert text.count("8 of 8 hold") == 2
-    assert text.count("line by two-loop") == 2
-    for modes, chain in zip(comparison.rows[::2], comparison.rows[1::2], strict=True):
-        assert f"{1e3 * modes['envelope']:.1f} | {1e3 * chain['envelope']:.1f}" in text
-    assert "flexsim view runs/x" in text
+def test_tables_have_every_row(comparison: Comparison) -> None:
+    written, ours, papers, none = tables(comparison)
+    assert written.rows == comparison.rows and not none.rows
+    for table in (ours, papers):
+        assert "8 of 8 hold" in table.note
+        lines = [table.cells(rows) for rows in table.lines()]
+        assert [line[0] for line in lines] == ["line", "two-loop", "circle", "line by two-loop"]
+    envelopes = [table.cells(rows)[1] for table in (ours, papers) for rows in table.lines()]
+    for shown, pair in zip(envelopes, pairs(comparison.rows), strict=True):
+        assert shown == " | ".join(f"{1e3 * row.found.envelope:.1f}" for row in pair)
+
+
+def test_cells_are_paired_by_name(comparison: Comparison) -> None:
+    """However the rows are ordered, the first plant named is the first of every cell."""
+    again = replace(comparison, rows=[comparison.rows[0], *reversed(comparison.rows[1:])])
+    ours, other = (tables(each)[1] for each in (comparison, again))
+    assert {tuple(ours.cells(rows)) for rows in ours.lines()} == {
+        tuple(other.cells(rows)) for rows in other.lines()
+    }
+
+
+def pairs(rows: list[CompareRow]) -> list[tuple[CompareRow, CompareRow]]:
+    return list(zip(rows[::2], rows[1::2], strict=True))
 
 
 @pytest.mark.parametrize("plant", [0, 1])
@@ -124,9 +150,8 @@ def test_rows_do_not_depend_on_threads(name: str, plant: int, comparison: Compar
     known = next(case for case in comparison.cases if case.name == name).motions[PLANTS[plant]]
     np.testing.assert_array_equal(motion.state, known.state)
     place = 2 * [each.name for each in tasks(FEW)].index(name) + plant
-    assert {**row, "tip_difference": comparison.rows[place]["tip_difference"]} == (
-        comparison.rows[place]
-    )
+    known_row = comparison.rows[place]
+    assert replace(row, tip_difference=known_row.tip_difference) == known_row
 
 
 def test_the_seed_moves_medians_and_nothing_else() -> None:
@@ -136,7 +161,7 @@ def test_the_seed_moves_medians_and_nothing_else() -> None:
         task = named(name)
         plant = plants_of(FEW, task.setting)[0]
         (first, seen), (second, again) = (run_task(task, plant, each) for each in (FEW, other))
-        assert (first["envelope"] != second["envelope"]) is moves
+        assert (first.found.envelope != second.found.envelope) is moves
         np.testing.assert_array_equal(seen.state, again.state)
 
 
@@ -174,22 +199,22 @@ def outcome(envelope: float | None, diverged_at: float | None = None) -> dict[st
 
 
 def test_summary_of_known_runs() -> None:
-    found = summary([outcome(0.01 * k) for k in (4, 1, 2, 5, 3)])
-    assert found["envelope"] == found["max_v"] == 0.03
-    assert (found["envelope_quartile_1"], found["envelope_quartile_3"]) == (0.02, 0.04)
-    assert (found["runs"], found["diverged"], found["diverged_share"]) == (5, False, 0.0)
-    assert found["diverged_at"] is None
+    found = medians([outcome(0.01 * k) for k in (4, 1, 2, 5, 3)])
+    assert found.envelope == found.max_v == 0.03
+    assert (found.envelope_quartile_1, found.envelope_quartile_3) == (0.02, 0.04)
+    assert (found.runs, found.diverged, found.diverged_share) == (5, False, 0.0)
+    assert found.diverged_at is None
 
 
 def test_a_diverged_run_is_never_a_success() -> None:
     """It takes no part in the medians, and the case says that it happened, and when first."""
-    found = summary([outcome(0.01), outcome(None, 1.5), outcome(0.03), outcome(None, 0.5)])
-    assert found["envelope"] == pytest.approx(0.02, rel=MEDIAN_DIGITS)
-    assert found["diverged"] is True
-    assert (found["diverged_share"], found["diverged_at"]) == (0.5, 0.5)
-    lost = summary([outcome(None, 0.25)])
-    assert lost["envelope"] is lost["envelope_quartile_1"] is lost["max_v"] is None
-    assert lost["diverged_share"] == 1.0
+    found = medians([outcome(0.01), outcome(None, 1.5), outcome(0.03), outcome(None, 0.5)])
+    assert found.envelope == pytest.approx(0.02, rel=MEDIAN_DIGITS)
+    assert found.diverged is True
+    assert (found.diverged_share, found.diverged_at) == (0.5, 0.5)
+    lost = medians([outcome(None, 0.25)])
+    assert lost.envelope is lost.envelope_quartile_1 is lost.max_v is None
+    assert lost.diverged_share == 1.0
 
 
 @pytest.mark.parametrize("plant", [0, 1])
@@ -203,22 +228,28 @@ def test_an_unstable_controller_is_reported_as_diverged(
         joint1=replace(task.controller.joint1, k1=-1e3 * task.controller.joint1.k1),
     )
     row, motion = run_task(replace(task, controller=wild), plants_of(FEW, task.setting)[plant], FEW)
-    assert row["diverged"] is True and row["envelope"] is None
-    assert motion.diverged is not None and 0 < row["diverged_at"] == motion.diverged < 5
+    assert row.found.diverged is True and row.found.envelope is None
+    assert motion.diverged is not None and 0 < row.found.diverged_at == motion.diverged < 5
     assert np.isfinite(motion.tip).all()
     assert capfd.readouterr() == ("", "") and not list(tmp_path.iterdir())
 
 
+def made(plant: str, envelope: float | None, shape: str) -> CompareRow:
+    diverged = envelope is None
+    found = Medians(envelope, *[None] * 7, 1, diverged, float(diverged), None)
+    names = (f"tuned {shape}", shape, plant, "print", "ours", "mirrored tip")
+    return CompareRow(*names, found, None, None, 0.0)
+
+
 def test_verdict_counts_and_compares() -> None:
-    given = [(False, 0.010), (False, 0.012), (False, 0.020), (True, None)]
-    rows: list[dict[str, Any]] = [
-        {"plant": plant, "diverged": diverged, "envelope": envelope}
-        for plant, (diverged, envelope) in zip(["assumed-modes", "chain:8"] * 2, given, strict=True)
-    ]
-    assert verdict(rows) == (
+    given = [(0.010, "line"), (0.012, "line"), (0.020, "circle"), (None, "circle")]
+    plants = ["assumed-modes", "chain:8"] * 2
+    rows = [made(plant, *each) for plant, each in zip(plants, given, strict=True)]
+    assert group_verdict(rows) == (
         "3 of 4 hold; envelopes of the chain 8 are 1.20 to 1.20 times those of the assumed modes."
+        "\n circle: 100 % diverged, chain:8"
     )
-    assert verdict(rows[2:]).startswith("1 of 2 hold; envelopes of the chain 8 are an unknown")
+    assert group_verdict(rows[2:]).startswith("1 of 2 hold; envelopes of the chain 8 are an unkn")
 
 
 def test_tip_difference_is_over_what_both_ran() -> None:
@@ -249,3 +280,77 @@ def test_tip_difference_is_over_what_both_ran() -> None:
 def test_what_cannot_run_is_refused(wrong: dict[str, Any], words: str) -> None:
     with pytest.raises(FlexsimError, match=words):
         run(replace(FEW, **wrong))
+
+
+def test_compare_has_every_case_on_both_plants(compared: QuickRun) -> None:
+    rows = compared.table("results.csv")
+    cases = {(row["controllers"], row["trajectory"], row["plant"], row["setting"]) for row in rows}
+    assert len(rows) == len(cases) == 16
+    pairs = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
+    for path, devised in pairs:
+        for plant in ("assumed-modes", "chain"):
+            assert (f"tuned {devised}", path, plant, "print") in cases
+            assert (f"Table 2 {devised}", path, plant, "reconstructed") in cases
+
+
+def test_every_controller_holds_on_both_plants(compared: QuickRun) -> None:
+    for row in compared.table("results.csv"):
+        assert row["diverged"] == "False"
+        assert 1e-3 < float(row["envelope"]) < 0.1
+        assert 0 < float(row["rms_error"]) <= float(row["max_error"])
+
+
+def test_run_folder_explains_itself(compared: QuickRun) -> None:
+    about = json.loads((compared.folder / "config.json").read_text())
+    assert about["configuration"]["seed"] == 1
+    assert {"mujoco", "numpy", "python", "rerun-sdk"} <= set(about["versions"])
+    for name in ("chain_print.xml", "chain_reconstructed.xml"):
+        mujoco.MjModel.from_xml_path(str(compared.folder / name))
+    model = mujoco.MjModel.from_xml_path(str(compared.folder / "chain_reconstructed.xml"))
+    assert model.joint("joint2").armature[0] == 0.0557  # the fit's motor 2
+    for case in about["cases"]:
+        assert (compared.folder / "figures" / f"{case}.png").stat().st_size > 10_000
+    assert (compared.folder / "run.rrd").stat().st_size > 100_000
+    assert not list(compared.folder.parent.glob(".*"))
+
+
+def test_same_seed_same_rows_on_one_thread(
+    compared: QuickRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "again"
+    words = ["--perturbations", "2", "--threads", "1", "--json"]
+    assert main(["compare", "--out", str(out), *words]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["run"] == str(out)
+    written = (out / "results.csv").read_text()
+    assert written == (compared.folder / "results.csv").read_text()
+    for row, cells in zip(shown["rows"], compared.table("results.csv"), strict=True):
+        assert row["envelope"] == float(cells["envelope"])
+        assert isinstance(row["diverged"], bool)
+        assert {"rms_error", "max_v", "paper_simulation"} <= set(row)
+
+
+def test_references_for_the_true_tip() -> None:
+    """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
+    config = CompareConfig(perturbations=1, true_tip=True)
+    rows = true_tip_rows(
+        [
+            run_task(task, plant, config)[0]
+            for task in tasks(config)
+            if task.group == "true tip"
+            for plant in plants_of(config, task.setting)
+        ]
+    )
+    assert len(rows) == 2 * 3 * (2 + 3)
+    for row in rows:
+        if row.reference == ("true tip" if row.setting == "none" else "true tip, dithered"):
+            assert row.share is not None and row.share < TRUE_TIP_SHARE
+        assert (row.dead_zone_error > 0.004) == (row.setting == "print")
+
+
+def test_force_replaces_a_run_only(compared: QuickRun, capsys: pytest.CaptureFixture[str]) -> None:
+    before = (compared.folder / "results.csv").read_text()
+    assert main(["compare", "--out", str(compared.folder)]) == 2
+    assert main(["compare", "--out", str(compared.folder.parent), "--force"]) == 2
+    assert (compared.folder / "results.csv").read_text() == before
+    capsys.readouterr()

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.image import imread
 from recorded_cases import DIVERGED, SAMPLES, STEP, made_up_cases
 
 from flexsim import ParameterError, Parameters, RunError
 from flexsim.loop.trajectories import Trajectory, reference
 from flexsim.recording.case import Case
-from studies.core import figures
-from studies.core.figures import STYLES, case_figure, paper_envelopes, summary_figure
+from studies.compare.figures import case_figure, summary_figure
+from studies.compare.rows import CompareRow
+from studies.core.figures import STYLES, save
+from studies.core.paper import paper_envelopes
+from studies.core.repeats import Medians
 
 WIDTH = 1600  # [pixel]
 CURVE_PIXELS = 300  # a curve across half a figure colours at least this many
@@ -30,28 +30,17 @@ def cases() -> list[Case]:
     return made_up_cases()
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Keep the figures that are saved, so that their contents can be looked at."""
-    kept: list[Figure] = []
-    save: Callable[[Figure, Path], None] = figures.save
-
-    def keep(figure: Figure, path: Path) -> None:
-        kept.append(figure)
-        save(figure, path)
-
-    monkeypatch.setattr(figures, "save", keep)
-    return kept
-
-
-def summary_rows() -> list[dict[str, Any]]:
+def summary_rows() -> list[CompareRow]:
     """Return rows of two cases, in one of which the chain diverges."""
-    shared = {"trajectory": "line", "setting": "joint"}
     return [
-        {**shared, "controllers": c, "plant": p, "envelope": e, "diverged": e is None}
-        for c, p, e in (
-            ("tuned", "assumed-modes", 0.004),
-            ("tuned", "chain", 0.005),
+        CompareRow(
+            *(controllers, "line", plant, "joint", "ours", "mirrored tip"),
+            Medians(envelope, *[None] * 7, 1, envelope is None, float(envelope is None), None),
+            *(None, None, 0.0),
+        )
+        for controllers, plant, envelope in (
+            ("tuned line", "assumed-modes", 0.004),
+            ("tuned line", "chain", 0.005),
             ("paper two-loop", "assumed-modes", 0.034),
             ("paper two-loop", "chain", None),
         )
@@ -66,18 +55,16 @@ def pixels(path: Path, colour: str) -> int:
 
 def test_case_figure_shows_both_plants(cases: list[Case], tmp_path: Path) -> None:
     path = tmp_path / "line.png"
-    case_figure(cases[0], path)
+    save(case_figure(cases[0]), path)
     assert imread(path).shape[1] == WIDTH
     for plant in cases[0].motions:
         assert pixels(path, STYLES[plant]["color"]) > CURVE_PIXELS, plant
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_case_figure_holds_the_motions(
-    cases: list[Case], tmp_path: Path, drawn: list[Figure]
-) -> None:
-    case_figure(cases[0], tmp_path / "line.png")
-    axes = {a.get_label(): a for a in drawn[0].axes}
+def test_case_figure_holds_the_motions(cases: list[Case]) -> None:
+    figure = case_figure(cases[0])
+    axes = {a.get_label(): a for a in figure.axes}
     chain = cases[0].motions["chain"]
     for name, wanted in (("x", chain.tip[:, 0]), ("y", chain.tip[:, 1]), ("v", 1000 * chain.v)):
         lines = [line for line in axes[name].lines if line.get_color() == STYLES["chain"]["color"]]
@@ -87,38 +74,35 @@ def test_case_figure_holds_the_motions(
     assert dashed[0].get_linestyle() == "--"
     assert axes["path"].get_aspect() == 1.0
     assert all("[m" in axes[name].get_ylabel() for name in ("x", "y", "v", "path"))
-    title = drawn[0].get_suptitle()
+    title = figure.get_suptitle()
     assert all(word in title for word in ("line", "tuned fractional PIDs", "joint"))
 
 
-def test_case_figure_marks_divergence(
-    cases: list[Case], tmp_path: Path, drawn: list[Figure]
-) -> None:
-    case_figure(cases[1], tmp_path / "line.png")
-    axes = {a.get_label(): a for a in drawn[0].axes}
+def test_case_figure_marks_divergence(cases: list[Case]) -> None:
+    figure = case_figure(cases[1])
+    axes = {a.get_label(): a for a in figure.axes}
     marks = [line for line in axes["x"].lines if line.get_marker() == "X"]
     assert [float(line.get_xdata()[0]) for line in marks] == [pytest.approx((DIVERGED - 1) * STEP)]
     assert axes["x"].get_xlim()[1] == pytest.approx((SAMPLES - 1) * STEP)
-    labels = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "chain, diverged at 1.800 s" in labels and "assumed modes" in labels
 
 
-def test_reference_is_whole_when_all_diverge(
-    cases: list[Case], tmp_path: Path, drawn: list[Figure]
-) -> None:
+def test_reference_is_whole_when_all_diverge(cases: list[Case]) -> None:
     whole = reference(Trajectory("line"), Parameters(), STEP)
     lost = {"chain": cases[1].motions["chain"]}
-    case_figure(replace(cases[1], motions=lost, reference=whole), tmp_path / "line.png")
-    (path,) = (a for a in drawn[0].axes if a.get_label() == "path")
+    figure = case_figure(replace(cases[1], motions=lost, reference=whole))
+    (path,) = (a for a in figure.axes if a.get_label() == "path")
     dashed = [line for line in path.lines if line.get_label() == "reference"]
     assert np.array_equal(dashed[0].get_xydata(), whole.tip)
 
 
-def test_summary_shows_rows_and_paper(tmp_path: Path, drawn: list[Figure]) -> None:
+def test_summary_shows_rows_and_paper(tmp_path: Path) -> None:
     path = tmp_path / "summary.png"
-    summary_figure(summary_rows(), path)
+    figure = summary_figure(summary_rows())
+    save(figure, path)
     assert imread(path).shape[1] == WIDTH
-    (axes,) = drawn[0].axes
+    (axes,) = figure.axes
     values = {float(x) for line in axes.lines for x in np.atleast_1d(line.get_xdata())}
     assert values == {0.004, 0.005, 0.034, 0.016, 0.053, 0.033, 0.042}
     assert axes.get_xscale() == "log" and axes.get_xlabel().endswith("[m]")
@@ -134,21 +118,21 @@ def test_paper_envelopes_are_table_3() -> None:
     assert paper_envelopes("spiral", "tuned") is None
 
 
-def test_nothing_global_is_touched(cases: list[Case], tmp_path: Path) -> None:
+def test_nothing_global_is_touched(cases: list[Case]) -> None:
     before = dict(matplotlib.rcParams)
-    case_figure(cases[0], tmp_path / "line.png")
+    case_figure(cases[0])
     assert dict(matplotlib.rcParams) == before
 
 
 def test_same_case_same_bytes(cases: list[Case], tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
-        case_figure(cases[0], tmp_path / name)
+        save(case_figure(cases[0]), tmp_path / name)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_errors_say_what_to_do(cases: list[Case], tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="nothing to summarise"):
-        summary_figure([], tmp_path / "summary.png")
+        summary_figure([])
     with pytest.raises(RunError, match="cannot write the figure"):
-        case_figure(cases[0], tmp_path / "missing" / "line.png")
+        save(case_figure(cases[0]), tmp_path / "missing" / "line.png")
     assert not list(tmp_path.iterdir())

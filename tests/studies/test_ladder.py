@@ -1,11 +1,13 @@
 """The ladder: orders of convergence, who is nearer, the Pareto front, the integrators' theory."""
 
-import json
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from quick_run import QuickRun
 
 from flexsim import Parameters
 from flexsim.arm.free_arm import clamped_frequencies
@@ -23,21 +25,15 @@ STEPS = np.array([2.5e-4, 5e-4, 1e-3])  # [s] where mode 3 is resolved and its d
 ORDER = 0.1  # of a fitted order: the next term of the series at omega step = 0.37
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("ladder") / "run"
+@pytest.fixture
+def ladder(quick: Callable[[str], QuickRun]) -> QuickRun:
+    return quick("ladder")
 
 
-@pytest.fixture(scope="module")
-def quick(folder: Path) -> dict[str, Any]:
+@pytest.fixture
+def content(ladder: QuickRun) -> dict[str, Any]:
     """What `flexsim ladder --quick --json` prints."""
-    with pytest.MonkeyPatch.context() as patch:
-        lines: list[str] = []
-        patch.setattr("studies.ladder.ladder.print", lines.append, raising=False)
-        arguments = ["--rounds", "1", "--out", str(folder)]
-        assert main(["ladder", "--quick", "--json", *arguments]) == 0
-    content: dict[str, Any] = json.loads(lines[0])
-    return content
+    return ladder.content
 
 
 def row_of(content: dict[str, Any], plant: str) -> dict[str, Any]:
@@ -49,26 +45,23 @@ def order(sizes: Any, errors: Any) -> float:
     return float(np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
 
 
-def test_rows_are_the_rungs(quick: dict[str, Any], folder: Path) -> None:
-    assert [row["plant"] for row in quick["rows"]] == list(QUICK_RUNGS)
-    for row in quick["rows"]:
+def test_rows_are_the_rungs(ladder: QuickRun, content: dict[str, Any]) -> None:
+    assert [row["plant"] for row in content["rows"]] == list(QUICK_RUNGS)
+    for row in content["rows"]:
         assert set(KEYS.split()) <= set(row)
         assert 0 < row["tip_small"] < row["tip_large"] <= row["peak_large"]
         assert row["us_per_ms"] > 0
-    assert row_of(quick, "rigid")["clamped_hz"] == [None] * 3
-    assert {path.name for path in folder.iterdir()} == {
-        *(".flexsim-run", "config.json", "figures", "integrators.csv", "rows.csv"),
-    }
-    names = {path.name for path in (folder / "figures").iterdir()}
-    assert names == {"cost_accuracy.png", "integrators.png"}
+    assert row_of(content, "rigid")["clamped_hz"] == [None] * 3
+    assert ladder.files == {"config.json", "figures", "integrators.csv", "rows.csv"}
+    assert ladder.figures == {"cost_accuracy.png", "integrators.png"}
 
 
-def test_the_reference_is_finer_than_what_is_held_against_it(quick: dict[str, Any]) -> None:
-    for torque, doubt in quick["reference"]["uncertainty"].items():
-        assert 0 < doubt < min(row[f"tip_{torque}"] for row in quick["rows"])
+def test_the_reference_is_finer_than_what_is_held_against_it(content: dict[str, Any]) -> None:
+    for torque, doubt in content["reference"]["uncertainty"].items():
+        assert 0 < doubt < min(row[f"tip_{torque}"] for row in content["rows"])
 
 
-def test_untuned_chains_converge_with_order_two(quick: dict[str, Any]) -> None:
+def test_untuned_chains_converge_with_order_two(content: dict[str, Any]) -> None:
     sizes = np.array([8, 16, 32])
     exact = clamped_frequencies(Parameters(), 3) / (2 * np.pi)
     found = np.array(
@@ -76,7 +69,7 @@ def test_untuned_chains_converge_with_order_two(quick: dict[str, Any]) -> None:
     )
     for errors in (found / exact - 1).T:
         assert order(sizes, errors) == pytest.approx(-2, abs=ORDER)
-    tips = [row_of(quick, f"untuned:{n}")["tip_small"] for n in (6, 8, 10)]
+    tips = [row_of(content, f"untuned:{n}")["tip_small"] for n in (6, 8, 10)]
     assert order([6, 8, 10], tips) == pytest.approx(-2, abs=0.2)  # 6 is few
 
 
@@ -96,17 +89,17 @@ def test_extrapolation_is_exact_for_a_square_law() -> None:
         ("chain:6", "rod"),
     ],
 )
-def test_who_is_nearer(quick: dict[str, Any], nearer: str, farther: str) -> None:
+def test_who_is_nearer(content: dict[str, Any], nearer: str, farther: str) -> None:
     for torque in ("tip_small", "tip_large"):
-        assert 2 * row_of(quick, nearer)[torque] < row_of(quick, farther)[torque]
+        assert 2 * row_of(content, nearer)[torque] < row_of(content, farther)[torque]
 
 
-def test_the_front_holds_no_beaten_row(quick: dict[str, Any]) -> None:
+def test_the_front_holds_no_beaten_row(content: dict[str, Any]) -> None:
     for torque in ("small", "large"):
-        best = [row for row in quick["rows"] if row[f"pareto_{torque}"]]
+        best = [row for row in content["rows"] if row[f"pareto_{torque}"]]
         assert best
         for row in best:
-            for other in quick["rows"]:
+            for other in content["rows"]:
                 cheaper = other["us_per_ms"] < row["us_per_ms"]
                 assert not (cheaper and other[f"tip_{torque}"] < row[f"tip_{torque}"])
 
@@ -118,7 +111,8 @@ def test_front_by_hand() -> None:
 
 def test_cheapest_by_hand() -> None:
     rows = [
-        {"us_per_ms": cost, "tip_small": tip} for cost, tip in ((3, 1e-4), (5, 1e-6), (1, None))
+        SimpleNamespace(us_per_ms=cost, tip_small=tip)
+        for cost, tip in ((3, 1e-4), (5, 1e-6), (1, None))
     ]
     assert cheapest(rows, "small", 1e-3) == rows[0]
     assert cheapest(rows, "small", 1e-5) == rows[1]
@@ -129,7 +123,7 @@ def mode_3(chain: ChainModel, integrator: str) -> tuple[np.ndarray, np.ndarray]:
     """Shifts and damping ratios of mode 3 at STEPS."""
     figures = [modal_figures(stepped(chain, integrator, step)) for step in STEPS]
     return tuple(  # type: ignore[return-value]
-        np.array([each[name][2] for each in figures])
+        np.array([getattr(each, name)[2] for each in figures])
         for name in ("frequency_shift", "damping_ratio")
     )
 
@@ -167,13 +161,13 @@ def test_limits_of_stability_are_those_of_the_map(chain_plant: ChainPlant) -> No
             modal_figures(stepped(chain, integrator, part * limit / highest_frequency(chain.model)))
             for part in (0.98, 1.06)
         ]
-        assert radius[0]["radius"] < 1 + 1e-8 < radius[1]["radius"]
+        assert radius[0].radius < 1 + 1e-8 < radius[1].radius
     assert longest_step(stepped(chain, "discrete", 1e-3).model) is None
-    assert modal_figures(stepped(chain, "discrete", 2e-2))["radius"] < 1
+    assert modal_figures(stepped(chain, "discrete", 2e-2)).radius < 1
 
 
-def test_unstable_steps_are_rows(quick: dict[str, Any]) -> None:
-    rows = {(row["integrator"], row["step"]): row for row in quick["integrators"]}
+def test_unstable_steps_are_rows(content: dict[str, Any]) -> None:
+    rows = {(row["integrator"], row["step"]): row for row in content["integrators"]}
     assert len(rows) == 4 * 3
     for name in ("Euler", "implicitfast"):
         row = rows[name, 2e-3]
@@ -192,8 +186,8 @@ def test_a_file_is_held_against_itself(chain_plant: ChainPlant) -> None:
         *("printed:3", "chain"),
     )
     result = run(LadderConfig(quick=True, mjcf=ROOT / "models/chain4.xml", rounds=1))
-    assert tuple(row["plant"] for row in result.rows) == names
-    rows = {row["plant"]: row["tip_small"] for row in result.rows}
+    assert tuple(row.plant for row in result.rows) == names
+    rows = {row.plant: row.tips.tip_small for row in result.rows}
     assert result.reference.uncertainty["small"] < rows["chain"] < 1e-6  # its step of 1 ms
     assert rows["chain"] < rows["assumed-modes:3"] < rows["assumed-modes:1"] < rows["rigid"]
     assert "1 mm: " in verdict(result)
@@ -203,7 +197,7 @@ def test_a_file_is_held_against_itself(chain_plant: ChainPlant) -> None:
     ("arguments", "words"),
     [
         (["--rounds", "0"], "rounds is 0; give 1 or more"),
-        (["--threads", "0"], "threads is 0; give 1 or more"),
+        (["--threads", "0"], "threads is 0; give 1 to"),
         (["--mjcf", "nowhere.xml"], "nowhere.xml: cannot read the MJCF file"),
         (["--beam", "analytic"], "--beam analytic has no effect without --mjcf"),
     ],

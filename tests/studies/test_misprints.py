@@ -1,13 +1,15 @@
 """The misprints' study: nothing without misprints, more with each, and the command's folder."""
 
-import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from quick_run import QuickRun
 
 from controllers import TUNED
 from flexsim import AssumedModesPlant, Parameters, drive, reference, setting, trajectory
+from flexsim.loop.metrics import rms_distance
 from flexsim.plants.printed import AS_PRINTED, MISPRINTS
 from flexsim.robot import Robot
 from studies.main import main
@@ -15,14 +17,12 @@ from studies.misprints.misprints import (
     RANGES,
     STARTS,
     VARIANTS,
-    MisprintsConfig,
     apart,
     free_motion,
     rank_with_printed_ranges,
     tracked,
 )
-from studies.misprints.report import costliest, energy_figure, table, tip_figure, verdict
-from studies.parity.crosscheck import tip_difference
+from studies.misprints.report import MisprintRow, MisprintsResult, costliest, tables, verdict
 from studies.parity.motions import trial_torque
 
 CONSERVED = 1e-11  # relative over 2 s at 0.25 ms; RK4 leaves 2e-13 from a straight beam
@@ -56,10 +56,10 @@ def test_switches_reach_the_plant() -> None:
     as_printed = drive(
         AssumedModesPlant(Parameters(), form="printed"), setting("none"), trial_torque(4)
     )
-    assert tip_difference(motions["none"], consistent) < ROUNDING
-    assert tip_difference(motions["all"], as_printed) == 0.0
+    assert rms_distance(motions["none"].tip, consistent.tip) < ROUNDING
+    assert rms_distance(motions["all"].tip, as_printed.tip) == 0.0
     for name in MISPRINTS:
-        assert tip_difference(motions[name], consistent) > 1000 * ROUNDING
+        assert rms_distance(motions[name].tip, consistent.tip) > 1000 * ROUNDING
 
 
 def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None:
@@ -75,19 +75,18 @@ def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None
     assert apart(right, None) == np.inf
 
 
-def fabricated(name: str, scale: float) -> dict[str, float | str]:
+def fabricated(name: str, scale: float) -> MisprintRow:
     columns = [f"drift_{start}" for start in STARTS]
     columns += [f"tip_to_{w}_{a}" for w in ("chain", "consistent") for a in ("small", "large")]
     columns += [f"{w}_{r}" for w in ("envelope", "loop_to_consistent") for r in ("none", "print")]
-    return {"misprint": name} | dict.fromkeys(columns, scale)
+    return MisprintRow(name, 5, **dict.fromkeys(columns, scale))
 
 
 def test_costliest_is_a_single_misprint() -> None:
     rows = [fabricated(name, float(i)) for i, name in enumerate(VARIANTS)]
     assert VARIANTS["all"] == AS_PRINTED
     assert costliest(rows, "drift_brisk") == list(MISPRINTS)[-1]
-    assert "(46) square" in verdict(rows)
-    assert table(rows).row_count == len(rows)
+    assert "(46) square" in verdict(MisprintsResult(rows, [], {}))
 
 
 @pytest.mark.parametrize("modes", [1, 2, 3, 5])
@@ -95,21 +94,8 @@ def test_the_printed_ranges_leave_no_motion(modes: int) -> None:
     """Rows n+1 and n+2 of H are empty, all flexible ones for one mode."""
     plant = AssumedModesPlant(Parameters(), modes)
     assert rank_with_printed_ranges(plant) == max(modes, 2)
-    row = {"misprint": "(39)-(41) ranges", "drift_brisk": None, "rank_of_H": 3}
-    assert table([row]).row_count == 1
-
-
-def test_figures_are_written(tmp_path: Path) -> None:
-    energy = {name: np.array([0.0, 1e-9, 1e-8]) for name in VARIANTS}
-    energy_figure(energy, "bent", 1e-3, tmp_path / "energy.png")
-    details = [
-        {"misprint": name, "case": f"torques {size}", "theta2": pose, "tip_to_chain": 1e-6}
-        for name in VARIANTS
-        for size in ("small", "large")
-        for pose in (0.4, 0.8)
-    ]
-    tip_figure(details, tmp_path / "tip.png")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["energy.png", "tip.png"]
+    shown = tables(MisprintsResult([MisprintRow(RANGES, 3)], [], {}))[0]
+    assert shown.cells(shown.rows) == [RANGES, *["-"] * 8]
 
 
 @pytest.mark.parametrize("command", ["misprints", "reconstruct", "realisations"])
@@ -122,16 +108,10 @@ def test_impossible_numbers_are_one_line(
     assert capsys.readouterr().err.count("\n") == 1 and not out.exists()
 
 
-@pytest.mark.slow
-def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["misprints", "--quick", "--json", "--out", str(tmp_path / "run")]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
-    assert [row["misprint"] for row in rows] == [*VARIANTS, RANGES]
-    assert MisprintsConfig(quick=True).runs == 2
-    assert {path.name for path in (tmp_path / "run").iterdir()} == {
-        ".flexsim-run",
-        "config.json",
-        "details.csv",
-        "figures",
-        "results.csv",
-    }
+def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None:
+    run = quick("misprints")
+    assert [row["misprint"] for row in run.content["rows"]] == [*VARIANTS, RANGES]
+    assert run.files == {"config.json", "details.csv", "figures", "results.csv"}
+    assert run.figures == {"energy.png", "tip.png"}
+    cases = {(row["misprint"], row["case"]) for row in run.table("details.csv")}
+    assert len(cases) == len(VARIANTS) * 4

@@ -1,9 +1,10 @@
 """What decides the paper's negative result: the quick study, its keys and its direction."""
 
-import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from quick_run import QuickRun
 
 from studies.main import main
 
@@ -21,10 +22,10 @@ KEYS = {
 
 
 def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    quick: Callable[[str], QuickRun],
 ) -> None:
-    assert main(["pid-question", "--quick", "--json", "--out", str(tmp_path / "run")]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
+    run = quick("pid-question")
+    rows = run.content["rows"]
     assert all(set(row) >= KEYS for row in rows)
     share = {(row["order"], row["realisation"], row["range"]): row for row in rows}
     papers = share["integer", "truncated", "table-1"]
@@ -33,8 +34,9 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     textbook = share["integer", "textbook", "log-uniform"]
     assert textbook["stable_draws"] > 0.5
     assert textbook["best_index"] > 0
-    assert (tmp_path / "run" / "results.csv").is_file()
-    assert main(["pid-question", "--quick", "--out", str(tmp_path / "run")]) == 2
+    assert run.files == {"config.json", "figures", "results.csv", "searches.csv"}
+    assert len(run.table("searches.csv")) == len(rows) * 2
+    assert main(["pid-question", "--quick", "--out", str(run.folder)]) == 2
 
 
 @pytest.mark.parametrize(

@@ -1,19 +1,25 @@
 """The realisations' study: errors against closed forms, costs, loops and what is refused."""
 
-import json
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from quick_run import QuickRun
 
 from controllers import TUNED, operator
 from flexsim import AssumedModesPlant, Parameters
-from studies.main import main
 from studies.realisations.realisations import LENGTHS, RealisationsConfig, loop_row, tuned_anew
-from studies.realisations.report import relative_index, verdict
+from studies.realisations.report import (
+    LoopRow,
+    RealisationsResult,
+    relative_index,
+    verdict,
+)
 from studies.realisations.response import ORDERS, band, response_row, sample_cost
 
 FORGOTTEN_DEG = 45.0  # phase of (j omega)^0.5, all missing where a filter acts as a gain
+ENDS = ("_db", "_deg")
 OUSTALOUP_DB = 1.0  # rms over the band: 0.75, nearly all of it below its lower edge of 1.6 Hz
 
 
@@ -21,25 +27,25 @@ def test_orders_of_zero_and_one_are_exact() -> None:
     """s^0 is one; the backward difference is late by half a sample, sin(x)/x in magnitude."""
     for name in LENGTHS:
         row = response_row(name, 5, 0.0)
-        assert max(abs(row[key]) for key in row if key.endswith(("_db", "_deg"))) < 1e-9
+        assert max(abs(getattr(row, key)) for key in vars(row) if key.endswith(ENDS)) < 1e-9
     x = band() * 1e-3 / 2
     row = response_row("gruenwald-letnikov", 5, 1.0)
-    assert row["phase_max_deg"] == pytest.approx(np.degrees(x.max()), rel=1e-9)
-    assert row["magnitude_max_db"] == pytest.approx(-20 * np.log10(np.sinc(x.max() / np.pi)))
+    assert row.phase_max_deg == pytest.approx(np.degrees(x.max()), rel=1e-9)
+    assert row.magnitude_max_db == pytest.approx(-20 * np.log10(np.sinc(x.max() / np.pi)))
 
 
 def test_two_forgets_where_oustaloup_follows() -> None:
     """Below 1/(p T) = 16 Hz the ten terms of (2) are a gain; the recursive filter is not."""
     series, recursive = response_row("tustin", 10, 0.5), response_row("oustaloup", 5, 0.5)
-    assert series["phase_max_deg"] == pytest.approx(FORGOTTEN_DEG, abs=0.5)
-    assert series["magnitude_max_db"] > 10
-    assert recursive["magnitude_rms_db"] < OUSTALOUP_DB
-    assert recursive["phase_rms_deg"] < series["phase_rms_deg"] / 2
+    assert series.phase_max_deg == pytest.approx(FORGOTTEN_DEG, abs=0.5)
+    assert series.magnitude_max_db > 10
+    assert recursive.magnitude_rms_db < OUSTALOUP_DB
+    assert recursive.phase_rms_deg < series.phase_rms_deg / 2
 
 
 @pytest.mark.parametrize("name", ["gruenwald-letnikov", "impulse-response", "tustin-fraction"])
 def test_more_terms_are_better(name: str) -> None:
-    rms = [response_row(name, terms, 0.5)["magnitude_rms_db"] for terms in LENGTHS[name]]
+    rms = [response_row(name, terms, 0.5).magnitude_rms_db for terms in LENGTHS[name]]
     assert rms == sorted(rms, reverse=True)
 
 
@@ -58,9 +64,9 @@ def test_longer_filters_cost_more() -> None:
 def test_loops_of_two_hold_and_too_many_poles_are_refused() -> None:
     plant = AssumedModesPlant(Parameters())
     held = loop_row("tustin", 10, plant, "circle", [TUNED["circle"]])
-    assert held["bounded_share"] == 1.0 and 0 < held["index"] < 1e-3 and held["envelope"] < 0.03
+    assert held.bounded_share == 1.0 and 0 < held.index < 1e-3 and held.envelope < 0.03
     lost = loop_row("backward-fraction", 12, plant, "circle", [TUNED["circle"]])
-    assert lost["index"] is None and "fewer terms" in lost["refused"]
+    assert lost.index is None and "fewer terms" in lost.refused
 
 
 def test_retuning_suits_a_realisation_better_than_gains_of_another() -> None:
@@ -72,36 +78,36 @@ def test_retuning_suits_a_realisation_better_than_gains_of_another() -> None:
     best = tuned_anew("oustaloup", 3, "circle", 1, RealisationsConfig())
     assert best is not None
     before, after = (
-        loop_row("oustaloup", 3, plant, "circle", [each])["index"]
-        for each in (TUNED["circle"], best)
+        loop_row("oustaloup", 3, plant, "circle", [each]).index for each in (TUNED["circle"], best)
     )
     assert after < before / 2
 
 
-def loop(name: str, terms: int, index: float | None, path: str = "line") -> dict:
-    names = {"realisation": name, "terms": terms, "plant": "chain"}
-    return {"part": "loop", **names, "trajectory": path, "index": index}
+def loop(name: str, terms: int, index: float | None, shape: str = "line") -> LoopRow:
+    return LoopRow("loop", name, terms, "chain", shape, index=index)
 
 
 def test_relative_index_is_a_geometric_mean() -> None:
     rows = [loop("tustin", 10, 1.0), loop("tustin", 10, 4.0, "circle"), loop("tustin", 5, None)]
     rows += [loop("oustaloup", 5, 1.0), loop("oustaloup", 5, 1.0, "circle")]
-    assert relative_index(rows, "loop", ("oustaloup", 5)) == pytest.approx(0.5)
-    assert relative_index(rows, "loop", ("tustin", 5)) == np.inf
-    rows += [row | {"part": "retuned"} for row in rows]
-    assert "oustaloup, 5 terms, 0.50" in verdict(rows)
+    assert relative_index(rows, ("oustaloup", 5)) == pytest.approx(0.5)
+    assert relative_index(rows, ("tustin", 5)) == np.inf
+    anew = [replace(row, part="retuned") for row in rows]
+    assert "oustaloup, 5 terms, 0.50" in verdict(RealisationsResult([*rows, *anew]))
 
 
-def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "run"
-    assert main(["realisations", "--quick", "--json", "--out", str(out)]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
+def test_nothing_is_relative_to_a_loop_that_fails() -> None:
+    rows = [loop("tustin", 10, np.inf), loop("oustaloup", 5, 1.0)]
+    assert relative_index(rows, ("oustaloup", 5)) == np.inf
+
+
+def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None:
+    run = quick("realisations")
+    rows = run.content["rows"]
     parts = [row["part"] for row in rows]
     assert parts.count("loop") == 2 * 9 and parts.count("retuned") == 2 * 6
     assert parts.count("response") == 9 * len(ORDERS)
     assert all(row["bounded_share"] == 1.0 for row in rows if row["part"] == "loop")
-    assert {path.name for path in (out / "figures").iterdir()} == {
-        "loop.png",
-        "retuned.png",
-        "responses.png",
-    }
+    assert run.figures == {"loop.png", "retuned.png", "responses.png"}
+    for name, part in (("responses", "response"), ("loops", "loop"), ("retuned", "retuned")):
+        assert {row["part"] for row in run.table(f"{name}.csv")} == {part}

@@ -1,32 +1,31 @@
 """The reconstruction's study: what stays bounded, what does not, how runs part, and the units."""
 
-import json
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from quick_run import QuickRun
 
 from flexsim import AssumedModesPlant, Parameters
 from flexsim.robot import Robot
-from studies.main import main
 from studies.reconstruct.reconstruct import (
     FIGURES,
-    TABLE_1,
     ReconstructConfig,
     chaos_row,
     figure_row,
     unit_rows,
 )
-from studies.reconstruct.report import misfit
+from studies.reconstruct.report import FigureRow, misfit
 from studies.reconstruct.variants import LIMITS, QUICK, Variant, variants
 
-QUICKLY = ReconstructConfig(quick=True)
+QUICKLY = ReconstructConfig(quick=True).asked()
 BY_NAME = {variant.name: variant for variant in variants()}
 AT_ONCE = 1.0  # [s] by which +v has diverged: 0.34 to 0.61 s
 SPREAD = 0.25  # relative to the medians of twelve runs that the README quotes
 
 
-def modes_row(name: str, figure: str) -> dict:
+def modes_row(name: str, figure: str) -> FigureRow:
     variant = BY_NAME[name]
     plant = variant.plants(Robot(), 3, 6)[0]
     assert isinstance(plant, AssumedModesPlant)
@@ -38,25 +37,28 @@ def modes_row(name: str, figure: str) -> dict:
 )
 def test_as_reconstructed_all_runs_are_bounded(figure: str, envelope: float) -> None:
     row = modes_row("as reconstructed", figure)
-    assert row["bounded_share"] == 1.0 and row["diverged_at"] is None
-    assert row["envelope"] == pytest.approx(envelope, rel=SPREAD)
-    assert row["envelope_quartile_1"] <= row["envelope"] <= row["envelope_quartile_3"]
+    assert row.bounded_share == 1.0 and row.diverged_at is None
+    assert row.envelope == pytest.approx(envelope, rel=SPREAD)
+    assert row.envelope_quartile_1 <= row.envelope <= row.envelope_quartile_3
 
 
 @pytest.mark.parametrize("figure", FIGURES)
 def test_plus_v_diverges_at_once(figure: str) -> None:
     row = modes_row("+v in the loop", figure)
-    assert row["bounded_share"] == 0.0 and row["envelope"] is None
-    assert row["diverged_at"] < AT_ONCE
+    assert row.bounded_share == 0.0 and row.envelope is None
+    assert row.diverged_at < AT_ONCE
 
 
 @pytest.mark.parametrize("name", ["no torque limits", "friction none", "friction print"])
 def test_table_2_needs_limits_and_friction_at_the_joints(name: str) -> None:
-    assert modes_row(name, "4")["bounded_share"] == 0.0
+    assert modes_row(name, "4").bounded_share == 0.0
 
 
 def test_v_is_not_needed() -> None:
-    assert modes_row("v left out", "6")["envelope"] < modes_row("as reconstructed", "6")["envelope"]
+    def moved(name: str) -> float:
+        return modes_row(name, "6").envelope or np.inf
+
+    assert moved("v left out") < moved("as reconstructed")
 
 
 def test_variants_differ_in_one_thing_and_names_are_unique() -> None:
@@ -89,31 +91,32 @@ def test_moved_and_resized_figures() -> None:
 def test_small_hairs_last_on_the_assumed_modes() -> None:
     variant = BY_NAME["as reconstructed"]
     row, distance = chaos_row(variant, "5", variant.plants(Robot(), 3, 6)[0], QUICKLY)
-    assert row["kind"] != "chaotic" and row["apart_1e-09"] == 0.0
+    assert row.kind != "chaotic" and row.apart["apart_1e-09"] == 0.0
     assert distance[0] == pytest.approx(1e-9, rel=1e-3) and distance.max() < 1e-6
 
 
 def test_leading_gains_fall_inside_table_1_in_milliseconds_only() -> None:
-    leading = [row for row in unit_rows() if row["gain"] in ("k_1", "k_4")]
+    leading = [row for row in unit_rows() if row.gain in ("k_1", "k_4")]
     assert len(leading) == 6
-    assert all(abs(row["deviations_milliseconds"]) < 2 for row in leading)
-    assert not any(abs(row["deviations_seconds"]) < 2 for row in leading)
-    assert {row["gain"] for row in unit_rows()} <= set(TABLE_1)
+    assert all(abs(row.deviations_milliseconds) < 2 for row in leading)
+    assert not any(abs(row.deviations_seconds) < 2 for row in leading)
+    assert {row.gain for row in unit_rows()} <= {f"k_{i}" for i in range(1, 7)}
 
 
 def test_misfit_is_a_factor() -> None:
-    row = {"bounded_share": 1.0, "envelope": 0.02, "paper_simulation": 0.01}
-    assert misfit([row, row | {"envelope": 0.005}]) == pytest.approx(2)
-    assert misfit([row, row | {"bounded_share": 0.5}]) is None
+    names = ("base", "as it is", "3", "chain", 2)
+    row = FigureRow(*names, 1.0, 0.02, None, None, None, paper_simulation=0.01)
+    assert misfit([row, replace(row, envelope=0.005)]) == pytest.approx(2)
+    assert misfit([row, replace(row, bounded_share=0.5)]) is None
 
 
-def test_the_command_writes_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "run"
-    assert main(["reconstruct", "--quick", "--json", "--out", str(out)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    rows = found["rows"]
+def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None:
+    run = quick("reconstruct")
+    rows = run.content["rows"]
     assert [row["variant"] for row in rows[:: 2 * len(FIGURES)]] == list(QUICK)
     assert {row["plant"] for row in rows} == {"assumed-modes", "chain"}
     assert all(row["bounded_share"] == (row["variant"] == QUICK[0]) for row in rows)
-    assert len(found["chaos"]) == 8
-    assert {path.name for path in (out / "figures").iterdir()} == {"chaos.png", "envelopes.png"}
+    assert len(run.content["chaos"]) == 8
+    assert run.figures == {"chaos.png", "envelopes.png"}
+    assert run.files == {"config.json", "figures", "results.csv", "chaos.csv", "units.csv"}
+    assert "apart_1e-09" in run.table("chaos.csv")[0]

@@ -1,8 +1,8 @@
 """Draws screened by their linear loop: what is kept, and the study of what it saves."""
 
-import csv
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from flexsim.linear.growth import SLACK, extreme_poses, loop_options
 from flexsim.linear.loop_poles import linear_loop
 from flexsim.loop.compiled_loop import stack_filters
 from studies.main import main
-from studies.screening.report import median_to_target, verdict
+from studies.screening.report import ScreeningResult, median_to_target, verdict
 from studies.screening.screening import Course, ScreeningConfig, row
 from studies.tuning.distributions import TABLE_1
 from studies.tuning.genetic import Generation, Search
@@ -138,7 +138,7 @@ def test_every_plant_of_the_nominal_robot_is_looked_at():
     growth = screened(tuning, TABLE_1, problem).growth
     assert isinstance(growth, NearRest)
     assert [plant for plant, _ in growth.plants] == [plant for plant, _ in problem.scenarios[:2]]
-    single = [NearRest(growth.structure, (each,), growth.poses) for each in growth.plants]
+    single = [NearRest(growth.design, (each,), growth.poses) for each in growth.plants]
     sample = screened(Tuning(trajectory="circle", screen=50), TABLE_1, problem_of(
         Tuning(trajectory="circle"))).sample(np.random.default_rng(3), 2)  # fmt: skip
     both = growth(sample)
@@ -216,37 +216,38 @@ def made_course(bests, seed=1, screen=0):
 
 def test_a_row_says_when_the_target_was_reached():
     made = row(made_course([5.0, 3.0, 2.0]), target=3.0)
-    assert (made["simulations_to_target"], made["seconds_to_target"]) == (8, 1.0)
-    assert (made["best_index"], made["candidates"], made["stable_first"]) == (2.0, 7, 0.75)
+    assert (made.simulations_to_target, made.seconds_to_target) == (8, 1.0)
+    assert (made.best_index, made.candidates, made.stable_first) == (2.0, 7, 0.75)
     never = row(made_course([5.0, 4.0, 4.0]), target=3.0)
-    assert (never["simulations_to_target"], never["seconds_to_target"]) == (None, None)
+    assert (never.simulations_to_target, never.seconds_to_target) == (None, None)
+
+
+def said(*rows):
+    return verdict(ScreeningResult(list(rows), [], "", 1.0))
 
 
 def test_the_verdict_says_what_is_saved_and_what_is_not():
     slow, fast = made_course([5.0, 4.0, 3.0, 1.0]), made_course([1.0, 1.0, 1.0, 1.0], screen=9)
-    rows = [row(slow, 1.0), row(fast, 1.0) | {"seconds_to_target": 4.0}]
-    assert "75 % fewer simulations" in verdict(rows)
-    assert "100 % more seconds (2 without, 4 with it)" in verdict(rows)
-    assert "better for 0 of 1 seeds" in verdict(rows)
+    words = said(row(slow, 1.0), replace(row(fast, 1.0), seconds_to_target=4.0))
+    assert "75 % fewer simulations" in words
+    assert "100 % more seconds (2 without, 4 with it)" in words
+    assert "better for 0 of 1 seeds" in words
     assert math.isinf(median_to_target([row(slow, 0.5)], False, "seconds"))
-    assert "unreached" in verdict([row(slow, 0.5), row(fast, 1.0)])
+    assert "unreached" in said(row(slow, 0.5), row(fast, 1.0))
 
 
-def test_the_study_writes_a_run_that_explains_itself(tmp_path, capsys):
-    out = tmp_path / "run"
-    assert main(["screening", "--quick", "--screen", "30", "--out", str(out), "--json"]) == 0
-    content = json.loads(capsys.readouterr().out)
-    pairs = [(each["seed"], each["screen"]) for each in content["rows"]]
-    assert pairs == [(1, 0), (1, 30), (2, 0), (2, 30)]
+def test_the_study_writes_a_run_that_explains_itself(quick):
+    run = quick("screening")
+    rows = run.content["rows"]
+    assert [(each["seed"], each["screen"]) for each in rows] == [(1, 0), (1, 30), (2, 0), (2, 30)]
     keys = "stable_first simulations_to_target best_index candidates seconds"
-    assert set(keys.split()) <= set(content["rows"][0])
-    assert [each["candidates"] > 0 for each in content["rows"]] == [False, True] * 2
-    assert len({each["simulations"] for each in content["rows"]}) == 1  # at equal numbers
-    with (out / "convergence.csv").open(newline="") as file:
-        assert len(list(csv.DictReader(file))) == 4 * 4
-    assert (out / "figures" / "screening.png").stat().st_size > 10_000
-    assert main(["screening", "--quick", "--screen", "2", "--out", str(tmp_path / "words")]) == 0
-    assert "Screening, until the target" in capsys.readouterr().out
+    assert set(keys.split()) <= set(rows[0])
+    assert [each["candidates"] > 0 for each in rows] == [False, True] * 2
+    assert len({each["simulations"] for each in rows}) == 1  # at equal numbers
+    assert len(run.table("convergence.csv")) == 4 * 4
+    assert run.figures == {"screening.png"}
+    assert "Screening, until the target" in run.text
+    assert json.loads((run.folder / "config.json").read_text())["target"] == run.content["target"]
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,14 @@
 """The linear closed loop against textbook loops and against the nonlinear simulation."""
 
-import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from quick_run import QuickRun
 from scipy.signal import lfilter
 from trial_controllers import TRIAL
 
@@ -223,21 +224,13 @@ def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant
     assert np.diff(np.log(found.k)) == pytest.approx(np.full(4, math.log(100) / 4))
 
 
-def test_study_writes_a_run_that_explains_itself(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "run"
-    words = f"stability --quick --map-points 3 --controllers line --screen 20 --out {out} --json"
-    assert main(words.split()) == 0
-    content = json.loads(capsys.readouterr().out)
-    assert [row["plant"] for row in content["rows"]] == ["assumed-modes", "chain"]
-    assert {path.name for path in (out / "figures").iterdir()} == {
-        "stable_assumed-modes.png",
-        "stable_chain.png",
-    }
-    assert (out / "config.json").is_file()
-    assert (out / "results.csv").is_file()
-    assert [each["draws"] for each in content["screens"]] == [20, 20]
+def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun]) -> None:
+    run = quick("stability")
+    assert [row["plant"] for row in run.content["rows"]] == ["assumed-modes", "chain"]
+    assert run.figures == {"stable_assumed-modes.png", "stable_chain.png"}
+    assert run.files == {"config.json", "figures", "results.csv", "screens.csv"}
+    assert [each["draws"] for each in run.content["screens"]] == [20, 20]
+    assert "2 of 2 loops grow by no more than 0.05 1/s" in run.text
 
 
 @pytest.mark.parametrize("setting_name", ["print", "joint", "reconstructed"])
@@ -246,8 +239,8 @@ def test_every_setting_can_be_asked_for(setting_name: str) -> None:
         setting=setting_name, plant="assumed-modes", theta2=(POSE,), controllers=("figure-5",)
     )
     row = run(StabilityConfig(**{**vars(config), "map_points": 0})).rows[0]
-    assert math.isfinite(row["growth_stepped"])
-    assert row["growth_simulated"] == pytest.approx(row["growth_stepped"], rel=GROWTH)
+    assert math.isfinite(row.growth_stepped)
+    assert row.growth_simulated == pytest.approx(row.growth_stepped, rel=GROWTH)
 
 
 @pytest.mark.parametrize(

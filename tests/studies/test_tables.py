@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import json
-from collections.abc import Iterator
+from collections.abc import Callable
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
+from quick_run import QuickRun
 
 from flexsim import ParameterError
-from studies.main import main
 from studies.tables.tables import TablesConfig, run, tunings
 
 PATHS = ("line", "two-loop", "circle")
@@ -22,22 +19,13 @@ PAPER = {"line": 3.3, "two-loop": 1.5, "circle": 3.0, "line by two-loop": 1.3}  
 TENTH = 0.05  # the paper's ratios have one decimal
 
 
-@pytest.fixture(scope="module")
-def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Return the folder of a quick run, and what it printed."""
-    out = tmp_path_factory.mktemp("tables") / "run"
-    with pytest.MonkeyPatch.context() as patch:
-        printed: list[str] = []
-        patch.setattr("builtins.print", lambda text="", **_: printed.append(str(text)))
-        words = ["tables", "--quick", "--chain-generations", "2", "--out", str(out), "--json"]
-        assert main(words) == 0
-    yield out, json.loads(printed[-1])
+@pytest.fixture
+def shown(quick: Callable[[str], QuickRun]) -> QuickRun:
+    return quick("tables")
 
 
-def test_every_controller_on_every_trajectory_and_plant(
-    shown: tuple[Path, dict[str, Any]],
-) -> None:
-    rows = shown[1]["rows"]
+def test_every_controller_on_every_trajectory_and_plant(shown: QuickRun) -> None:
+    rows = shown.content["rows"]
     names = [(r["tuned_on"], r["tuned_for"], r["run_on"], r["trajectory"]) for r in rows]
     assert names == list(product(TUNED_ON, PATHS, PLANTS, PATHS))
     for row in rows:
@@ -48,10 +36,8 @@ def test_every_controller_on_every_trajectory_and_plant(
     assert any(not row["diverged"] for row in rows)
 
 
-def test_index_on_its_own_ground_is_what_the_tuner_found(
-    shown: tuple[Path, dict[str, Any]],
-) -> None:
-    content = shown[1]
+def test_index_on_its_own_ground_is_what_the_tuner_found(shown: QuickRun) -> None:
+    content = shown.content
     found = 0
     for controller in content["controllers"]:
         mine = [
@@ -69,8 +55,8 @@ def test_index_on_its_own_ground_is_what_the_tuner_found(
     assert found >= 3  # seed 1 finds controllers that hold
 
 
-def test_ratios_are_those_of_the_rows(shown: tuple[Path, dict[str, Any]]) -> None:
-    content = shown[1]
+def test_ratios_are_those_of_the_rows(shown: QuickRun) -> None:
+    content = shown.content
     envelope = {
         (r["tuned_on"], r["tuned_for"], r["run_on"], r["trajectory"]): r["envelope"]
         for r in content["rows"]
@@ -90,15 +76,23 @@ def test_ratios_are_those_of_the_rows(shown: tuple[Path, dict[str, Any]]) -> Non
     assert {(c["from_plant"], c["to_plant"]) for c in chain} == {("chain", "assumed-modes")}
 
 
-def test_run_explains_itself(shown: tuple[Path, dict[str, Any]]) -> None:
-    out, content = shown
-    assert content["run"] == str(out)
+def test_run_explains_itself(shown: QuickRun) -> None:
+    assert shown.content["run"] == str(shown.folder)
     names = {"config.json", "results.csv", "controllers.csv", "ratios.csv", "chain.xml", "figures"}
-    assert {path.name for path in out.iterdir()} == names | {".flexsim-run"}
-    with (out / "results.csv").open() as file:
-        assert len(list(csv.DictReader(file))) == 54
+    assert shown.files == names
+    assert len(shown.table("results.csv")) == 54
     for name in ("envelopes.png", "transfer.png"):
-        assert (out / "figures" / name).stat().st_size > 20_000
+        assert (shown.folder / "figures" / name).stat().st_size > 20_000
+
+
+def test_cells_are_those_of_the_rows(shown: QuickRun) -> None:
+    """Both plants in a cell, by name, where the trajectory's column and the tuning's line meet."""
+    (wide,) = (row for row in shown.content["rows"] if (
+        row["tuned_on"], row["tuned_for"], row["run_on"], row["trajectory"]
+    ) == ("chain", "circle", "assumed-modes", "line"))  # fmt: skip
+    text = shown.text[shown.text.index("Every controller on every trajectory") :]
+    line = next(each for each in text.splitlines() if each.split()[:2] == ["circle", "chain"])
+    assert line.split()[2] == ("div" if wide["diverged"] else f"{1e3 * wide['envelope']:.1f}")
 
 
 def test_searches_are_the_tuners() -> None:

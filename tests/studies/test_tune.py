@@ -22,7 +22,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.main import main
 from studies.tuning import tune as tune_module
 from studies.tuning.distributions import LOG_UNIFORM, NAMES, TABLE_1
-from studies.tuning.individuals import SI_NAMES, Structure, in_si
+from studies.tuning.individuals import SI_NAMES, ControllerDesign, in_si
 from studies.tuning.problem import Tuning, distribution_for, perturbations, problem_of, tune
 from studies.tuning.record import locked
 
@@ -77,7 +77,9 @@ def controllers_own(row, realisation):
 def test_population_filters_are_the_controllers_own(realisation):
     sample = TABLE_1.sample(np.random.default_rng(1), 40)
     sample[0, [1, 3, 6, 8]] = (1.0, -1.0, 0.0, 2.0)  # integer orders, poles of the Gamma form
-    for row, pair in zip(sample, Structure(realisation=realisation).filters(sample), strict=True):
+    for row, pair in zip(
+        sample, ControllerDesign(realisation=realisation).filters(sample), strict=True
+    ):
         for (b, a), (b_own, a_own) in zip(pair, controllers_own(row, realisation), strict=True):
             assert np.array_equal(a, a_own)
             assert np.abs(b - b_own).max() <= ROUNDING * np.abs(b_own).max()
@@ -86,7 +88,7 @@ def test_population_filters_are_the_controllers_own(realisation):
 def test_the_other_realisations_are_the_controllers():
     sample = np.array([HELD, HELD])
     sample[1, [1, 3, 6, 8]] = 101.0  # an order that controllers refuse
-    good, refused = Structure(realisation="oustaloup", terms=3).filters(sample)
+    good, refused = ControllerDesign(realisation="oustaloup", terms=3).filters(sample)
     halves = (Gains.from_milliseconds(*part) for part in (HELD[:5], HELD[5:]))
     own = Controller("", *halves, "").filters(1e-3, "oustaloup", 3)
     for (b, a), (b_own, a_own) in zip(good, own, strict=True):
@@ -97,7 +99,7 @@ def test_the_other_realisations_are_the_controllers():
 
 def test_the_textbook_pid_gets_its_gains_in_si():
     row = np.array([[1e4, 1, 2.0, -1, 3.0, 100.0, 1, 0.5, -1, 0.1]])
-    ((first, second),) = Structure("pid", "textbook").filters(row)
+    ((first, second),) = ControllerDesign("pid", "textbook").filters(row)
     for (b, a), (kp, ki, kd) in ((first, (3.0, 2000.0, 10.0)), (second, (0.1, 500.0, 0.1))):
         own_b, own_a = textbook_pid(kp, ki, kd, 1e-3)
         assert np.allclose(b, own_b) and np.array_equal(a, own_a)
@@ -107,7 +109,7 @@ def test_what_no_filter_can_be_built_from_counts_as_diverged_at_once():
     sample = np.array([HELD, HELD, HELD])
     sample[1, 1] = 101.0
     sample[2, 0] = np.inf
-    assert [pair is None for pair in Structure().filters(sample)] == [False, True, True]
+    assert [pair is None for pair in ControllerDesign().filters(sample)] == [False, True, True]
     scores = problem_of(Tuning(trajectory="circle"))(sample)
     assert np.isfinite(scores.indices).tolist() == [True, False, False]
     assert scores.diverged[1:].tolist() == [0.0, 0.0]

@@ -1,0 +1,116 @@
+"""The options that studies share: each is spelled, explained and checked once.
+
+>>> @dataclass(frozen=True)
+... class MyConfig(SeedOptions, StudyOptions):
+...     out: Out = Path("runs/mine")
+...     QUICK: ClassVar = {"perturbations": 2}
+>>> MyConfig(quick=True).asked()      # checked, and cut down to a quick run
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
+
+import tyro
+
+from flexsim.errors import ParameterError
+from flexsim.loop.runs import thread_count
+from flexsim.robot import MODES
+from studies.core.options import RobotOptions
+
+LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
+NAMES = ("plants", "settings", "controllers")  # lists that name each once
+
+Out = Annotated[Path, tyro.conf.arg(help="Folder of the run, made anew.")]
+Perturbations = Annotated[
+    int, tyro.conf.arg(help="Runs behind each median, the gains' fourth digits perturbed.")
+]
+SettingName = Annotated[
+    str, tyro.conf.arg(help="Friction, limits and motors: none, print, joint or reconstructed.")
+]
+Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyOptions(RobotOptions):
+    """What every study takes; each gives `out` its own default.
+
+    `QUICK` has the most that a quick run takes of an option: of a number, or of a list's items.
+    """
+
+    QUICK: ClassVar[Mapping[str, int]] = {}
+
+    out: Out
+    force: bool = False
+    """Replace the run that is there."""
+    quick: bool = False
+    """A small part only, for a first impression in seconds."""
+    json: bool = False
+    """Print one JSON object instead of the tables."""
+
+    def asked(self) -> Self:
+        """Return what is run: this, or a small part of it if `quick`.
+
+        Raises:
+            ParameterError: an option that several studies have is out of range.
+        """
+        check(self)
+        if not self.quick:
+            return self
+        most = self.QUICK.items()
+        return replace(self, **{name: _cut(getattr(self, name), count) for name, count in most})
+
+
+def _cut(content: Any, most: int) -> Any:
+    return content[:most] if isinstance(content, tuple) else min(content, most)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeedOptions:
+    """What is random follows from one number."""
+
+    seed: int = 1
+    """Seed of everything random; searches and repeats count up from it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelOptions:
+    """Sizes of the two plants."""
+
+    modes: int = MODES
+    """Assumed modes, n."""
+    segments: int | None = None
+    """Segments of the chain; 6 unless given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThreadOptions:
+    """How many work at once."""
+
+    threads: int | None = None
+    """Threads; all cores unless given. Results do not depend on it."""
+
+
+def check_threads(threads: int | None) -> None:
+    """Refuse a number of threads that there are not, before anything is written."""
+    if threads is not None and not 1 <= threads <= thread_count():
+        raise ParameterError(f"threads is {threads}; give 1 to {thread_count()}")
+
+
+def check(config: Any) -> None:
+    """Refuse what no study can run with, whichever of these options it has.
+
+    Raises:
+        ParameterError: a number out of range, a list that is empty or has a name twice.
+    """
+    for name, least in LEAST.items():
+        if (count := getattr(config, name, least)) < least:
+            raise ParameterError(f"{name.replace('_', ' ')} is {count}; give {least} or more")
+    for name in NAMES:
+        given = getattr(config, name, ("any",))
+        if not given or len(set(given)) != len(given):
+            raise ParameterError(f"{name} are {' '.join(given) or 'empty'}; name each once")
+    check_threads(getattr(config, "threads", None))

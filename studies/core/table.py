@@ -1,0 +1,208 @@
+"""One table for every study: typed rows, declared columns; CSV, JSON, terminal and markdown.
+
+    >>> columns = (Column("trajectory"), Column("envelope", unit="mm", scale=1e3, form=".1f"))
+    >>> table = Table(rows, columns, line=("trajectory",))   # both plants on a line, by name
+    >>> table.write_csv(folder / "results.csv"); console.print(table.render())
+
+A row is a frozen dataclass in SI units. In files an item that is a mapping or itself a dataclass
+is taken apart into its own items, and in CSV an array into one column per number.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table as Grid
+from rich.text import Text
+
+from flexsim.numerics.atomic import write_text
+
+ACROSS = "plant"  # what rows on one line differ in
+BESIDE = " | "  # between the plants of a cell
+
+
+def items(row: Any) -> dict[str, Any]:
+    """Return a row's items by name, those of nested rows and mappings in their place."""
+    found: dict[str, Any] = {}
+    for item in dataclasses.fields(row):
+        content = getattr(row, item.name)
+        if isinstance(content, Mapping):
+            found.update(content)
+        elif dataclasses.is_dataclass(content):
+            found.update(items(content))
+        else:
+            found[item.name] = content
+    return found
+
+
+def value(row: Any, key: str) -> Any:
+    """Return an item or a property of a row."""
+    return getattr(row, key) if hasattr(row, key) else items(row)[key]
+
+
+def _flat(row: Any) -> dict[str, Any]:
+    """Return a row's items with arrays spread, 'x_1', 'x_2'."""
+    found: dict[str, Any] = {}
+    for key, content in items(row).items():
+        if isinstance(content, np.ndarray):
+            found |= {f"{key}_{i}": each for i, each in enumerate(content.tolist(), 1)}
+        else:
+            found[key] = content
+    return found
+
+
+@dataclass(frozen=True)
+class Column:
+    """How an item of the rows is shown.
+
+    Attributes:
+        key: of an item or a property.
+        heading: the key in words unless given. unit: below it.
+        form: format specification of a number, text without one; or a function of the row.
+        scale: from SI to the unit. index: of an array's number.
+        where: of the rows on a line only those with these items count.
+        once: the rows on a line have it in common.
+        missing: what stands for None and for what is not finite.
+    """
+
+    key: str
+    heading: str | None = None
+    unit: str = ""
+    form: str | Callable[[Any], str] = ""
+    scale: float = 1
+    index: int | None = None
+    where: Mapping[str, Any] = field(default_factory=dict)
+    once: bool = False
+    missing: str = "-"
+
+    @property
+    def title(self) -> str:
+        """The heading."""
+        return self.key.replace("_", " ") if self.heading is None else self.heading
+
+    def text(self, row: Any) -> str:
+        """Return a row's cell."""
+        if callable(self.form):
+            return self.form(row)
+        content = value(row, self.key)
+        if self.index is not None:
+            content = content[self.index]
+        if content is None or (self.form and not math.isfinite(content)):
+            return self.missing
+        return format(self.scale * content, self.form) if self.form else str(content)
+
+    def counts(self, row: Any) -> bool:
+        """Return whether the column shows this row."""
+        return all(value(row, key) == wanted for key, wanted in self.where.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows and how they are shown; `key` and `file` say where else they go.
+
+    Attributes:
+        rows: dataclasses. columns: none if it is not for reading.
+        title, note: lines above and below.
+        key: in the JSON object. file: name of the CSV file.
+        line: items in common to the rows on one line; without, each row has its own.
+        across: what those rows differ in; every cell names all of them in the same order.
+        section: columns in common to several lines, written once above them.
+        tight: one blank between columns, not three, and none between plants.
+    """
+
+    rows: Sequence[Any]
+    columns: Sequence[Column] = ()
+    title: str = ""
+    note: str = ""
+    key: str = ""
+    file: str = ""
+    line: tuple[str, ...] = ()
+    across: str = ACROSS
+    section: tuple[Column, ...] = ()
+    tight: bool = False
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """Return the rows' items, in SI units."""
+        return [items(row) for row in self.rows]
+
+    def write_csv(self, path: Path) -> None:
+        """Write the rows' items, in SI units; None and what a row does not have are empty."""
+        rows = [_flat(row) for row in self.rows]
+        text = io.StringIO()
+        names = list(dict.fromkeys(key for row in rows for key in row))
+        writer = csv.DictWriter(text, names, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        write_text(path, text.getvalue(), "the table")
+
+    def lines(self) -> Iterator[list[Any]]:
+        """Give the rows of each line."""
+        groups: dict[Any, list[Any]] = {}
+        for i, row in enumerate(self.rows):
+            names = tuple(value(row, key) for key in self.line) or i
+            groups.setdefault(names, []).append(row)
+        yield from groups.values()
+
+    def cells(self, rows: Sequence[Any]) -> list[str]:
+        """Return the cells of a line."""
+        sides = dict.fromkeys(value(row, self.across) for row in self.rows) if self.line else {}
+        return [self._cell(column, rows, tuple(sides)) for column in self.columns]
+
+    def _cell(self, column: Column, rows: Sequence[Any], sides: tuple[Any, ...]) -> str:
+        """Return a column's text of the rows on a line, side by side in the order of `sides`."""
+        mine = [row for row in rows if column.counts(row)]
+        if not self.line or column.once or column.key in self.line:
+            return column.text(mine[0]) if mine else column.missing
+        by_side = {value(row, self.across): column.text(row) for row in mine}
+        if len(by_side) < len(mine):
+            raise ValueError(f"{column.key}: several rows of one {self.across} on a line")
+        return (BESIDE.strip() if self.tight else BESIDE).join(
+            by_side.get(side, column.missing) for side in sides
+        )
+
+    def headings(self) -> list[str]:
+        """Return the columns' headings, with a second line if any has a unit."""
+        units = any(column.unit for column in self.columns)
+        return [c.title + (f"\n{c.unit}" if units else "") for c in self.columns]
+
+    def render(self) -> RenderableType:
+        """Return the table for the terminal."""
+        grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 0 if self.tight else 1))
+        for column, heading in zip(self.columns, self.headings(), strict=True):
+            grid.add_column(Text(heading), justify="right" if column.form else "left", no_wrap=True)
+        above: list[str] | None = None
+        for rows in self.lines():
+            head = [column.text(rows[0]) for column in self.section]
+            if head and head != above:
+                if above is not None:
+                    grid.add_row()
+                grid.add_row(*map(Text, head))
+                above = head
+            grid.add_row(*map(Text, self.cells(rows)))
+        title, note = ([Text(words)] if words else [] for words in (self.title, self.note))
+        return Group(*title, grid, *note)
+
+    def markdown(self) -> str:
+        """Return the table in markdown."""
+        written = [[heading.replace("\n", " ").strip() for heading in self.headings()]]
+        written.append(["---:" if column.form else "---" for column in self.columns])
+        above: list[str] = []
+        for rows in self.lines():
+            head = [column.text(rows[0]) for column in self.section]
+            if head != above:
+                written.append(head + [""] * (len(self.columns) - len(head)))
+                above = head
+            written.append(self.cells(rows))
+        lines = ["| " + " | ".join(c.replace("|", "\\|") for c in each) + " |" for each in written]
+        blocks = [self.title, "\n".join(lines), self.note]
+        return "\n\n".join(block for block in blocks if block) + "\n"

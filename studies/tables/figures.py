@@ -1,0 +1,137 @@
+"""Table 3 anew and the transfer of controllers, in figures.
+
+>>> transfer_figure(result.rows)      # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, NullLocator
+
+from flexsim.recording.traces import MM, spoken
+from studies.core.figures import (
+    FONT,
+    GREEN,
+    OTHER_MARKER,
+    PLANT_MARKERS,
+    STYLES,
+    VERMILION,
+    beside,
+    canvas,
+    finish,
+    log_ticks,
+    name_lines,
+)
+from studies.core.paper import CASES, PAPER_MARKERS, PLANTS, case_name, paper_envelopes
+from studies.tables.rows import RunRow, TablesResult
+
+COLOURS = {plant: STYLES[plant]["color"] for plant in PLANTS} | {"both": GREEN}  # tuned on
+MARKERS = PLANT_MARKERS | {"both": OTHER_MARKER}
+FRAME: dict[str, Any] = {"fill": False, "edgecolor": VERMILION, "linewidth": 3}
+SPACING = 0.2  # of markers of one case, the paper's the lowest
+PALE = 0.55  # of the colour map, where letters turn from white to black
+
+
+def figures(result: TablesResult) -> Iterator[tuple[str, Figure]]:
+    """Give the envelopes of Figures 3 to 6's cases, and of every controller everywhere."""
+    yield "envelopes", envelope_figure(result.rows)
+    yield "transfer", transfer_figure(result.rows)
+
+
+def distinct(rows: Sequence[RunRow], key: str) -> list[str]:
+    """Return what rows have under a key, each once, in their order."""
+    return list(dict.fromkeys(getattr(row, key) for row in rows))
+
+
+def _draw_case(axes: Axes, row: RunRow, height: float) -> None:
+    """Draw one envelope with its number [mm], or a note that it diverged."""
+    colour, marker = COLOURS[row.tuned_on], MARKERS[row.tuned_on]
+    if row.envelope is None:
+        beside(axes, height, "diverged", colour)
+        return
+    length = MM * row.envelope
+    axes.plot(length, height, marker, color=colour, markersize=10, zorder=3)
+    how: dict[str, Any] = {"textcoords": "offset points", "va": "center", "size": FONT - 3}
+    axes.annotate(f"{length:.1f}", (length, height), (9, 0), color="0.25", **how)
+
+
+def envelope_figure(rows: Sequence[RunRow]) -> Figure:
+    """Return the envelopes of Figures 3 to 6's cases, a panel per plant, beside the paper's."""
+    plants, tuned_ons = distinct(rows, "run_on"), distinct(rows, "tuned_on")
+    height = 2.0 + 1.3 * len(CASES)
+    figure, ((*panels,),) = canvas(1, len(plants), height=height, sharex=True, sharey=True)
+    for axes, plant, which in zip(panels, plants, (0, 1), strict=True):
+        label, marker = PAPER_MARKERS[which]
+        axes.set_title(f"run on the {spoken(plant)}   (black: {label})")
+        axes.set_xlabel("half-width of the envelope around the reference [mm]")
+        for k, case in enumerate(CASES):
+            mine = [row for row in rows if (row.trajectory, row.tuned_for) == case]
+            for row in mine:
+                if row.run_on == plant:
+                    side = tuned_ons.index(row.tuned_on) - len(tuned_ons) / 2
+                    _draw_case(axes, row, k + SPACING * side)
+            paper = paper_envelopes(*case)
+            if paper:
+                low = k + SPACING * len(tuned_ons) / 2
+                axes.plot(MM * paper[which], low, marker, color="0.15", ms=13, mew=2.5)
+        log_ticks(axes)
+    for tuned_on in tuned_ons:
+        how = {"color": COLOURS[tuned_on], "markersize": 10}
+        panels[0].plot([], [], MARKERS[tuned_on], label=f"tuned on {spoken(tuned_on)}", **how)
+    for label, marker in PAPER_MARKERS:
+        panels[0].plot([], [], marker, color="0.15", ms=13, mew=2.5, label=label)
+    name_lines(panels[0], [case_name(*case) for case in CASES])
+    panels[0].margins(x=0.12)
+    return finish(figure, panels, legend=5)
+
+
+def _heat(axes: Axes, rows: Sequence[RunRow], colours: LogNorm) -> AxesImage:
+    """Draw the envelopes [mm] of one plant, controllers down and trajectories across."""
+    shapes = distinct(rows, "trajectory")
+    names = [(shape, on) for shape in shapes for on in distinct(rows, "tuned_on")]
+    lengths = np.full((len(names), len(shapes)), np.nan)
+    for row in rows:
+        if row.envelope is not None:
+            place = names.index((row.tuned_for, row.tuned_on)), shapes.index(row.trajectory)
+            lengths[place] = MM * row.envelope
+    shown = np.ma.masked_invalid(lengths)
+    image = axes.imshow(shown, cmap="viridis_r", norm=colours, aspect="auto")
+    axes.set_facecolor("0.85")
+    for (i, j), length in np.ndenumerate(lengths):
+        known = np.isfinite(length)
+        colour = "white" if known and colours(length) > PALE else "black"
+        text = f"{length:.1f}" if known else "diverged"
+        axes.text(j, i, text, color=colour, size=FONT, ha="center", va="center")
+        if names[i][0] == shapes[j]:
+            axes.add_patch(Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, **FRAME))
+    axes.set_xticks(range(len(shapes)), [f"on the {shape}" for shape in shapes])
+    axes.set_yticks(range(len(names)), [f"for the {a}, on {spoken(b)}" for a, b in names])
+    return image
+
+
+def transfer_figure(rows: Sequence[RunRow]) -> Figure:
+    """Return the envelope of every controller on every trajectory, in mm, a panel per plant."""
+    held = [MM * row.envelope for row in rows if row.envelope is not None]
+    colours = LogNorm(min(held, default=1.0), max(held, default=10.0))
+    plants = distinct(rows, "run_on")
+    figure, ((*panels,),) = canvas(1, len(plants), height=7.5, sharey=True)
+    for axes, plant in zip(panels, plants, strict=True):
+        image = _heat(axes, [row for row in rows if row.run_on == plant], colours)
+        axes.set_title(f"run on the {spoken(plant)}")
+    panels[0].set_ylabel("controllers tuned")
+    finish(figure, panels, title="every controller on every trajectory; framed: tuned for it")
+    for axes in panels:
+        axes.grid(False)
+        axes.tick_params(length=0)
+    bar = figure.colorbar(image, ax=panels, ticks=LogLocator(subs=(1, 2, 5)), format="%g")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+    bar.set_label("half-width of the envelope [mm]", size=FONT)
+    return figure

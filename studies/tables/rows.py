@@ -1,0 +1,98 @@
+"""What Tables 2 and 3 anew are made of: rows per run, per controller, per case; SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from flexsim.recording.traces import spoken
+from studies.core.paper import case_name, paper_envelopes
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One controller on one plant and trajectory.
+
+    Medians over runs with perturbed gains, but for the index, which is the unperturbed run's; None
+    where any diverged, and all of them, the time too, where there is no controller.
+    """
+
+    tuned_on: str
+    tuned_for: str
+    run_on: str
+    trajectory: str
+    envelope: float | None
+    max_error: float | None
+    rms_error: float | None
+    max_v: float | None
+    residual_v: float | None
+    index: float | None
+    diverged: bool
+    diverged_at: float | None
+
+    @property
+    def case(self) -> str:
+        """The trajectory, and what the controller was tuned for if it is another."""
+        return case_name(self.trajectory, self.tuned_for)
+
+    @property
+    def plant_tuned_on(self) -> str:
+        """In words."""
+        return spoken(self.tuned_on)
+
+    @property
+    def paper(self) -> tuple[float, float] | None:
+        """Table 3's envelopes [m]."""
+        return paper_envelopes(self.trajectory, self.tuned_for)
+
+
+@dataclass(frozen=True)
+class ControllerRow:
+    """One search's outcome: index (5) [m2 s], cost, parameters in Table 1's units."""
+
+    tuned_on: str
+    tuned_for: str
+    index: float | None
+    generations: int
+    evaluations: int
+    seed: int
+    ended: str
+    parameters: Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class RatioRow:
+    """How much wider a case's envelope [m] is on the plant in the laboratory's role."""
+
+    tuned_on: str
+    tuned_for: str
+    trajectory: str
+    from_plant: str
+    to_plant: str
+    from_envelope: float | None
+    to_envelope: float | None
+    ratio: float | None
+    paper_simulation: float | None
+    paper_laboratory: float | None
+    paper_ratio: float | None
+
+    @property
+    def case(self) -> str:
+        """As `RunRow.case`."""
+        return case_name(self.trajectory, self.tuned_for)
+
+    @property
+    def direction(self) -> str:
+        """In words whose envelope the ratio has over whose."""
+        pair = (self.to_plant, self.from_plant)
+        return " / ".join(spoken(plant).removeprefix("assumed ") for plant in pair)
+
+
+@dataclass(frozen=True, eq=False)
+class TablesResult:
+    """Rows per run, controller, and case of the deterioration; the chain's MJCF."""
+
+    rows: list[RunRow]
+    controllers: list[ControllerRow]
+    ratios: list[RatioRow]
+    mjcf: str
