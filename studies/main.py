@@ -2,180 +2,142 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib
-import io
 import os
-import re
-import signal
 import sys
-import threading
+from typing import Any
 
-import tyro
+from studies.commands import COMMANDS, unknown, usage
 
-from controllers.errors import ControllerError
-from flexsim.errors import FlexsimError
-
-COMMANDS = {  # name: (module, class of its configuration, what it does)
-    "compare": (
-        "compare.compare",
-        "CompareConfig",
-        "run the controllers on both plants: table, figures",
-    ),
-    "modes": (
-        "parity.modes",
-        "ModesConfig",
-        "frequencies and mode shapes: exact, assumed modes, chain",
-    ),
-    "crosscheck": (
-        "parity.crosscheck",
-        "CrosscheckConfig",
-        "hold the plants against each other",
-    ),
-    "drive": (
-        "tools.drive",
-        "DriveConfig",
-        "drive a plant open loop with a recorded torque",
-    ),
-    "chain": (
-        "tools.chain",
-        "ChainConfig",
-        "tune a chain of segments and write its MJCF",
-    ),
-    "filter": (
-        "tools.filter",
-        "FilterConfig",
-        "coefficients and response of a fractional operator",
-    ),
-    "benchmark": (
-        "tools.benchmark",
-        "BenchmarkConfig",
-        "cost of the loops, side by side",
-    ),
-    "stability": (
-        "stability.stability",
-        "StabilityConfig",
-        "poles, margins, maps of stable gains near rest",
-    ),
-    "misprints": (
-        "misprints.misprints",
-        "MisprintsConfig",
-        "what each misprint of the paper costs",
-    ),
-    "reconstruct": (
-        "reconstruct.reconstruct",
-        "ReconstructConfig",
-        "what it takes for Table 2 to be bounded",
-    ),
-    "realisations": (
-        "realisations.realisations",
-        "RealisationsConfig",
-        "which fractional filter serves best",
-    ),
-    "pid-question": (
-        "pid_question.pid_question",
-        "PidQuestionConfig",
-        "why integer PIDs failed in the paper",
-    ),
-    "screening": (
-        "screening.screening",
-        "ScreeningConfig",
-        "what screening by stability saves the tuner",
-    ),
-    "tune": (
-        "tuning.tune",
-        "TuneConfig",
-        "tune controllers: the paper's genetic algorithm, or a peer",
-    ),
-    "tables": (
-        "tables.tables",
-        "TablesConfig",
-        "Tables 2, 3, Figure 6 anew; every controller everywhere",
-    ),
-    "watch": (
-        "watch.watch",
-        "WatchConfig",
-        "follow an MJCF file: modes and cross-check at every save",
-    ),
-    "ladder": (
-        "ladder.ladder",
-        "LadderConfig",
-        "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
-    ),
-    "view": (
-        "tools.view",
-        "ViewConfig",
-        "open a run's recording in the rerun viewer",
-    ),
-}
-INTERRUPTED, TERMINATED = 130, 143  # the shell's status for Ctrl-C and SIGTERM
+HELP = ("-h", "--help", "help")
+VERSION = ("-V", "--version", "version")
 
 
-def usage() -> str:
-    """Return the overview that `flexsim --help` prints."""
-    lines = ["usage: flexsim COMMAND [OPTIONS]   (flexsim COMMAND --help for its options)", ""]
-    lines += [f"  {name:<12} {text}" for name, (_, _, text) in COMMANDS.items()]
-    return "\n".join(lines)
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; return 0, or 2 after one line on stderr.
+
+    Args:
+        arguments: words of the command line; without them those of this process, which then ends
+            with the command.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    if words[:1] == ["help"] and words[1:]:
+        words = [words[1], "--help"]
+    if not words or words[0] in HELP:
+        return _printed(usage())
+    if words[0] in VERSION:
+        from studies.core.version import about
+
+        return _printed(about())
+    if words[0] not in COMMANDS:
+        return complain(unknown(words[0]))
+    return _carried_out(words[0], words[1:], ends=arguments is None)
+
+
+def complain(message: object) -> int:
+    """Say in one line on stderr what is wrong; return the status of a command that is refused."""
+    from studies.core.ending import one_line
+
+    print(f"flexsim: {one_line(message)}", file=sys.stderr)
+    return 2
 
 
 def one_line(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
+    import re
+
     text = re.split(r"Argument helptext|For full helptext", message)[0]
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
     return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
 
 
-def _complain(message: str) -> int:
-    print(f"flexsim: {message}", file=sys.stderr)
-    return 2
+def _printed(text: str) -> int:
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        _close_stdout()
+    return 0
 
 
-def _interrupted() -> int:
-    _complain("interrupted; nothing was kept")
-    return INTERRUPTED
+def _close_stdout() -> None:
+    """Write nothing more to a pipe whose reader has seen enough."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _terminated(*_: object) -> None:
-    raise SystemExit(TERMINATED)
+def _carried_out(name: str, words: list[str], ends: bool) -> int:
+    """Return the status of a command, which signals end at any moment, the process if it `ends`."""
+    from flexsim.numerics.blas import one_thread
+    from studies.core import ending
+
+    one_thread()  # before numpy is loaded
+    try:
+        with ending.ends_on_signals(ends):
+            return _status(name, words)
+    except BaseException as error:
+        if ending.received() is None and not isinstance(error, KeyboardInterrupt):
+            return _refused(name, error)
+    status = ending.status()  # whatever a signal has broken is no mistake of ours
+    if status == ending.INTERRUPTED:
+        complain(ending.farewell())
+    if ends:
+        ending.leave(status)
+    return status
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run one command; return 0, or 2 after one line on stderr."""
-    words = sys.argv[1:] if arguments is None else arguments
-    if not words or words[0] in ("-h", "--help"):
-        print(usage())
-        return 0
-    name, rest = words[0], words[1:]
-    if name not in COMMANDS:
-        return _complain(f"command {name!r} is unknown; choose one of {', '.join(COMMANDS)}")
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _terminated)  # so that half a run's folder is cleared away
+def _status(name: str, words: list[str]) -> int:
+    """Return the status of a command that raises nothing."""
     module_name, class_name, _ = COMMANDS[name]
-    complaint = io.StringIO()
-    try:
-        module = importlib.import_module(f"studies.{module_name}")
-        with contextlib.redirect_stderr(complaint):
-            config = tyro.cli(getattr(module, class_name), args=rest, prog=f"flexsim {name}")
-    except SystemExit as stop:
-        if not stop.code:
-            return 0
-        return _complain(f"{name}: {one_line(complaint.getvalue())}; see flexsim {name} --help")
-    except KeyboardInterrupt:
-        return _interrupted()
-    try:
+    module = importlib.import_module(f"studies.{module_name}")
+    config = _configuration(getattr(module, class_name), name, words)
+    if config is not None:
         module.command(config)
         sys.stdout.flush()  # here, where a closed pipe is no error
-    except (FlexsimError, ControllerError) as error:
-        return _complain(" ".join(str(error).split()))
-    except KeyboardInterrupt:
-        return _interrupted()
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except OSError as error:  # a full disk, a name too long
-        return _complain(f"{name}: {error.filename or 'writing'}: {error.strerror}")
-    except MemoryError:
-        return _complain(f"{name}: not enough memory; use fewer samples, runs or segments")
     return 0
+
+
+def _configuration(of: type, name: str, words: list[str]) -> Any:
+    """Return the configuration that the words of a command give, None if they ask for help.
+
+    Raises:
+        ParameterError: they cannot be understood.
+    """
+    import contextlib
+    import io
+
+    import tyro
+
+    from flexsim.errors import ParameterError
+
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            return tyro.cli(of, args=words, prog=f"flexsim {name}")
+    except SystemExit as stop:
+        if not stop.code:
+            return None
+        said = one_line(complaint.getvalue())
+    raise ParameterError(f"{name}: {said}; see flexsim {name} --help")
+
+
+def _refused(name: str, error: BaseException) -> int:
+    """Return the status of a command that an error ends, after one line about it.
+
+    Raises:
+        BaseException: the error, if it is a mistake of ours.
+    """
+    from controllers.errors import ControllerError
+    from flexsim.errors import FlexsimError
+
+    if isinstance(error, FlexsimError | ControllerError):
+        return complain(error)
+    if isinstance(error, BrokenPipeError):
+        _close_stdout()
+        return 0
+    if isinstance(error, OSError):  # a full disk, a name too long
+        return complain(f"{name}: {error.filename or 'writing'}: {error.strerror or error}")
+    if isinstance(error, MemoryError):
+        return complain(f"{name}: not enough memory; use fewer samples, runs or segments")
+    raise error
 
 
 if __name__ == "__main__":

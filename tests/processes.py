@@ -24,7 +24,7 @@ FLEXSIM = [sys.executable, "-c", COMMAND]
 
 @contextmanager
 def process(words: list[str], **how: Any) -> Iterator[subprocess.Popen[str]]:
-    """Give a process in a group of its own, killed with all it started when the block ends."""
+    """Give a process in a session of its own, killed with all it started when the block ends."""
     settings: dict[str, Any] = {
         "stdin": subprocess.DEVNULL,
         "stdout": subprocess.PIPE,
@@ -37,9 +37,27 @@ def process(words: list[str], **how: Any) -> Iterator[subprocess.Popen[str]]:
     try:
         yield started
     finally:
-        with suppress(ProcessLookupError):
-            os.killpg(started.pid, signal.SIGKILL)
-        started.communicate()
+        for pid in of_session(started.pid):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        started.wait()
+        for pipe in (started.stdout, started.stderr):
+            if pipe is not None:
+                pipe.close()
+
+
+def of_session(session: int) -> list[int]:
+    """Return the processes that run in a session: what its first one started, and what those did.
+
+    Without /proc it is the first one alone.
+    """
+    found = [] if Path("/proc/self/stat").exists() else [session]
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, _, of = stat.read_text().rpartition(")")[2].split()[:4]
+            if int(of) == session and state != "Z":
+                found.append(int(stat.parent.name))
+    return found
 
 
 @contextmanager

@@ -11,9 +11,13 @@ MuJoCo's compiler.
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from typing import Any
 
 _PENDING: list[Callable[[], None]] = []
 _COMMITTING = threading.RLock()
@@ -51,3 +55,26 @@ def clean_up(patience: float) -> None:
     for undo in reversed(tuple(_PENDING)):
         with suppress(Exception):
             undo()
+
+
+@contextmanager
+def child(command: Sequence[str], **how: Any) -> Iterator[subprocess.Popen[bytes]]:
+    """Give a process, killed when the block ends with all that it started itself.
+
+    Args:
+        command: without a terminal to read from. how: as `subprocess.Popen` has it.
+    """
+    settings: dict[str, Any] = {"stdin": subprocess.DEVNULL, "process_group": 0}
+    process = subprocess.Popen(command, **settings | how)
+    with undone(lambda: _kill(process)):
+        yield process
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process that leads a group, and its children, which may outlive it."""
+    with suppress(ProcessLookupError, PermissionError):
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+    process.wait()

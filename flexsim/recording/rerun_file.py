@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ import rerun.blueprint as rrb
 
 from flexsim.errors import FlexsimError, RunError
 from flexsim.numerics.atomic import replacing
+from flexsim.numerics.cleanup import child
 
 APPLICATION = "flexsim"
 # `python -m rerun_cli` would do, but ends with status 0 whatever happened
@@ -114,7 +114,8 @@ def open_recording(path: Path, web: bool = False) -> None:
     command = [*RERUN_TOOL, str(path.resolve()), "--bind", "127.0.0.1"]
     command += ["--web-viewer"] if web else []
     try:
-        status = subprocess.run(command, check=False).returncode
+        with child(command) as viewer:
+            status = viewer.wait()
     except KeyboardInterrupt:
         return
     if status not in (0, 130):

@@ -10,7 +10,6 @@ same bits as if it had never stopped, on any number of threads.
 from __future__ import annotations
 
 import dataclasses
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -24,6 +23,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.errors import ParameterError
 from flexsim.robot import Robot
+from studies.core.ending import NOTHING_KEPT, saying
 from studies.core.options import ROBOT_FILE, NameOptions, show_differences
 from studies.core.study_options import check_threads
 from studies.tuning import record as tune_folder
@@ -44,7 +44,6 @@ from studies.tuning.record import Record
 from studies.tuning.screened_draws import Screened, screened
 
 DEFAULT_OUT = Path("runs/tune")
-INTERRUPTED = 130  # the shell's status for Ctrl-C
 
 
 @dataclass(frozen=True)
@@ -248,35 +247,27 @@ def carry_out(folder: Path, record: Record, problem: Problem, start: Start) -> S
 
     Args:
         start: called before the first generation is kept.
-
-    Raises:
-        SystemExit: interrupted; a line on stderr says how to continue.
     """
     tuning, kept = record.tuning, len(record.generations)
-    try:
+
+    def keep(new: Generation) -> None:
+        nonlocal kept
+        if not kept:
+            start()
+        tune_folder.append(folder, new)
+        kept = new.number + 1
+        show(new)
+
+    def interrupted() -> str:
+        again = f"continue with flexsim tune --resume {folder}"
+        return f"interrupted, {kept} generation(s) kept; {again}" if kept else NOTHING_KEPT
+
+    with saying(interrupted):
         with live(record, len(problem.scenarios)) as show:
-
-            def keep(new: Generation) -> None:
-                nonlocal kept
-                if not kept:
-                    start()
-                tune_folder.append(folder, new)
-                kept = new.number + 1
-                show(new)
-
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
         if not tune_report.is_concluded(folder, search, len(problem.scenarios)):
             tune_report.conclude(folder, search, tuning, len(problem.scenarios))
-    except KeyboardInterrupt:
-        if not kept:
-            raise
-        print(
-            f"flexsim: interrupted, {kept} generation(s) kept; continue with "
-            f"flexsim tune --resume {folder}",
-            file=sys.stderr,
-        )
-        raise SystemExit(INTERRUPTED) from None
     return search
 
 

@@ -11,7 +11,8 @@ import pytest
 from flexsim import ChainPlant, ModelError, ParameterError, Parameters, load_chain, reference
 from flexsim.loop.runs import loop_of
 from flexsim.loop.trajectories import TRAJECTORIES
-from studies.main import COMMANDS, main
+from studies.commands import COMMANDS
+from studies.main import main
 
 MODEL = (Path(__file__).parents[2] / "models" / "chain6.xml").read_text()
 TORQUE = "t,tau1,tau2\n0,0.1,0\n0.001,0.1,0\n"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -293,23 +295,21 @@ def test_rerun_switched_off_is_said(
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[list[str]]]:
-    """Stand in for the viewer: take down the commands, and end well."""
-    commands: list[list[str]] = []
-
-    def run(command: list[str], check: bool) -> subprocess.CompletedProcess[bytes]:
-        commands.append(command)
-        return subprocess.CompletedProcess(command, 0)
-
-    monkeypatch.setattr(recording_module.subprocess, "run", run)
-    yield commands
+def started(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[], list[list[str]]]:
+    """Stand in for the viewer, which takes down its words and ends well; give what it took."""
+    taken = tmp_path / "taken"
+    tool = f"import json, sys; open({str(taken)!r}, 'a').write(json.dumps(sys.argv[1:]) + chr(10))"
+    monkeypatch.setattr(recording_module, "RERUN_TOOL", (sys.executable, "-c", tool))
+    return lambda: [json.loads(line) for line in taken.read_text().splitlines()]
 
 
-def test_view_opens_a_folder_or_a_file(written: Path, started: list[list[str]]) -> None:
+def test_view_opens_a_folder_or_a_file(
+    written: Path, started: Callable[[], list[list[str]]]
+) -> None:
     command(ViewConfig(written.parent))
     command(ViewConfig(written, web=True))
-    assert [line[3] for line in started] == [str(written.resolve())] * 2
-    assert ["--web-viewer" in line for line in started] == [False, True]
+    assert [words[0] for words in started()] == [str(written.resolve())] * 2
+    assert ["--web-viewer" in words for words in started()] == [False, True]
 
 
 def test_view_says_what_would_do(tmp_path: Path) -> None:
@@ -320,10 +320,8 @@ def test_view_says_what_would_do(tmp_path: Path) -> None:
 
 
 def test_viewer_that_fails_is_an_error(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def run(command: list[str], check: bool) -> subprocess.CompletedProcess[bytes]:
-        return subprocess.CompletedProcess(command, 1)
-
-    monkeypatch.setattr(recording_module.subprocess, "run", run)
+    failing = (sys.executable, "-c", "raise SystemExit(1)")
+    monkeypatch.setattr(recording_module, "RERUN_TOOL", failing)
     with pytest.raises(RunError, match="--web"):
         open_recording(written)
     with pytest.raises(RunError, match="no recording"):

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 import signal
+import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from processes import PATIENCE, flexsim, wait_for
+from processes import PATIENCE, flexsim, process, wait_for
 
 from controllers import operator
 from flexsim import ParameterError
 from flexsim.mjcf.chain_file import load_chain
 from studies import main as command_line
-from studies.main import COMMANDS, INTERRUPTED, main, one_line
+from studies.commands import COMMANDS
+from studies.core.ending import INTERRUPTED
+from studies.main import main, one_line
 from studies.tools import filter as filter_study
 
+ROUNDS = 3
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 
@@ -32,7 +38,7 @@ def said(capsys: pytest.CaptureFixture[str], arguments: list[str], status: int =
     return shown.err
 
 
-@pytest.mark.parametrize("arguments", [[], ["-h"], ["--help"]])
+@pytest.mark.parametrize("arguments", [[], ["-h"], ["--help"], ["help"]])
 def test_overview_names_every_command(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -42,6 +48,64 @@ def test_overview_names_every_command(
     assert re.findall(r"^  (\S+) ", shown.out, re.MULTILINE) == list(COMMANDS)
     needed = "compare modes crosscheck drive chain filter benchmark view"
     assert set(needed.split()) <= set(COMMANDS)
+
+
+def test_the_overview_is_of_the_commands_that_there_are() -> None:
+    """The list is written out, so that help loads none of them."""
+    for name, (module_name, class_name, text) in COMMANDS.items():
+        module = importlib.import_module(f"studies.{module_name}")
+        assert callable(module.command) and getattr(module, class_name).__doc__, name
+        assert text and "\n" not in text
+
+
+def test_help_of_a_command_is_its_options(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["help", "drive"]) == main(["drive", "--help"]) == 0
+    first, second = capsys.readouterr().out.split("usage: flexsim drive")[1:]
+    assert first.strip() == second.strip() and "--torque" in first
+    assert "'drove' is unknown" in said(capsys, ["help", "drove"])
+
+
+@pytest.mark.parametrize("word", ["--version", "-V", "version"])
+def test_version_names_the_commit_and_where_the_models_are(
+    word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([word]) == 0
+    version, models = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"flexsim \d+\.\d+\.\d+( \(commit [0-9a-f]{12}(-dirty)?\))?", version)
+    assert (Path(models.removeprefix("models: ")) / "chain6.xml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [("compere", "compare"), ("Modes", "modes"), ("cross-check", "crosscheck"), ("tuen", "tune")],
+)
+def test_a_mistyped_command_is_answered_by_the_likely_one(
+    word: str, meant: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said(capsys, [word]).endswith(f"view. Did you mean {meant}?\n")
+    assert "mean" not in said(capsys, ["xyzzy"])
+
+
+def test_python_dash_m_is_the_command() -> None:
+    for module in ("flexsim", "studies.main"):
+        with process([sys.executable, "-m", module, "filter", "--order", "half"]) as started:
+            out, err = started.communicate(timeout=PATIENCE)
+            assert (started.returncode, out) == (2, "")
+            assert err.startswith("flexsim: filter: ") and err.count("\n") == 1
+
+
+def test_help_starts_in_a_quarter_of_the_time_of_what_it_does_not_load() -> None:
+    """The fastest of a few, side by side: the machine may be busy."""
+    heavy = [sys.executable, "-c", "import mujoco, numba, scipy.linalg"]
+    help_ = [sys.executable, "-m", "flexsim", "--help"]
+    took: dict[int, list[float]] = {0: [], 1: []}
+    for _ in range(ROUNDS):
+        for i, words in enumerate((heavy, help_)):
+            start = time.perf_counter()
+            with process(words) as started:
+                assert started.wait(PATIENCE) == 0
+            took[i].append(time.perf_counter() - start)
+    assert min(took[1]) < min(took[0]) / 4
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -16,9 +16,9 @@ from processes import PATIENCE, flexsim, wait_for
 
 from flexsim import RunError
 from flexsim.numerics.scratch import NEW
+from studies.core.ending import TERMINATED
 from studies.core.folder import CONFIG, run_folder, to_json, versions, write_config, write_rows
 from studies.core.marker import MARKER
-from studies.main import TERMINATED
 
 
 @dataclass(frozen=True)
