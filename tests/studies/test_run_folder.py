@@ -176,7 +176,7 @@ def test_a_run_that_was_killed_is_swept_by_the_next(tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
     resumable = finished(tmp_path / "runs" / "tune")
     with flexsim("ladder", "--out", tmp_path / "runs" / "one") as killed:
-        wait_for(lambda: len(list((tmp_path / "runs").iterdir())) == 2, killed)
+        wait_for(lambda: any((tmp_path / "runs").glob(".flexsim-*/new")), killed)
         killed.send_signal(signal.SIGKILL)
         killed.wait()
     assert len(list((tmp_path / "runs").iterdir())) == 2
