@@ -67,9 +67,13 @@ def _close_stdout() -> None:
 def _carried_out(name: str, words: list[str], ends: bool) -> int:
     """Return the status of a command, which signals end at any moment, the process if it `ends`."""
     from flexsim.numerics.blas import one_thread
+    from flexsim.numerics.private import private_folder
     from studies.core import ending
 
     one_thread()  # before numpy is loaded
+    kept = private_folder()
+    if kept is not None:  # matplotlib needs a place, also without a home; no user's style is read
+        os.environ.setdefault("MPLCONFIGDIR", str(kept / "matplotlib"))
     try:
         with ending.ends_on_signals(ends):
             return _status(name, words)

@@ -2,51 +2,130 @@
 
 numba's own cache looks only at the file that holds a function, not at those it calls; a folder
 per digest of the package means that an edit anywhere recompiles everything, and nothing stale
-runs. `NUMBA_DISABLE_JIT=1` turns the compiler off, for debugging the assumed-modes plant.
+runs. What is cached is code, loaded without a question: so the folder is this user's alone, and
+where there can be none (`private`), every process compiles for itself. `NUMBA_DISABLE_JIT=1` turns
+the compiler off, for debugging the assumed-modes plant; `NUMBA_CACHE_DIR` names another folder.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
-import tempfile
-from collections.abc import Callable
+import stat
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numba
 
+from flexsim.numerics.private import claimed, private_folder
+
+if sys.platform != "win32":
+    import fcntl
+
 CACHES_KEPT = 4  # of source versions, this one included, so that switching branches stays quick
+NAME = re.compile(r"[0-9a-f]{16}")
+MARKER = "flexsim-cache"  # in a cache of ours; locked by each process that uses it
+ATTEMPTS = 3  # at a folder that another process is removing
+
+_locks: list[int] = []  # held as long as the process lives
 
 
-def _cache_folder() -> Path:
-    """Return a writable folder for this version of the sources, dropping the oldest others."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
-        digest.update(source.read_bytes())
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flexsim"
-    folder = home / digest.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        folder.touch()
-        by_age = sorted(home.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-        for old in by_age[CACHES_KEPT:]:
-            shutil.rmtree(old, ignore_errors=True)
-    except OSError:
-        return Path(tempfile.gettempdir()) / f"flexsim-{os.getuid()}" / folder.name
+def sources_digest(package: Path = Path(__file__).parents[1]) -> str:
+    """Return a name for the sources of the package, in all its rooms, and for their compiler."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for source in sorted(package.rglob("*.py")):
+        digest.update(str(source.relative_to(package)).encode() + source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder(digest: str) -> Path | None:
+    """Return the folder for what is compiled of these sources, None if there can be none.
+
+    The oldest of other versions are dropped, unless a process uses them.
+    """
+    home = private_folder()
+    if home is None:
+        return None
+    folder = home / digest
+    for _ in range(ATTEMPTS):
+        with suppress(OSError):
+            if not claimed(folder):
+                return None
+            if _in_use(folder):
+                break
+    else:
+        return None
+    with suppress(OSError):
+        _drop_oldest(home, folder)
     return folder
 
 
-if not os.environ.get("NUMBA_CACHE_DIR"):
-    numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+def _in_use(folder: Path) -> bool:
+    """Mark a folder as used by this process; return whether it is still there then."""
+    marker = folder / MARKER
+    handle = os.open(marker, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+    if sys.platform != "win32":
+        with suppress(OSError):  # a file system without locks, where nothing is dropped
+            fcntl.flock(handle, fcntl.LOCK_SH)
+    try:
+        if marker.stat().st_ino == os.fstat(handle).st_ino:
+            os.utime(marker)
+            _locks.append(handle)
+            return True
+    except FileNotFoundError:
+        pass
+    os.close(handle)
+    return False
+
+
+def _drop_oldest(home: Path, mine: Path) -> None:
+    """Remove the caches of the oldest versions that no process uses; nothing else."""
+    if sys.platform == "win32":
+        return
+    others = sorted(_caches(home), key=lambda marker: marker.stat().st_mtime, reverse=True)
+    others = [marker for marker in others if marker.parent != mine]
+    for marker in others[CACHES_KEPT - 1 :]:
+        with suppress(OSError):
+            handle = os.open(marker, os.O_RDWR | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(marker.parent)
+            finally:
+                os.close(handle)
+
+
+def _caches(home: Path) -> Iterator[Path]:
+    """Give the markers of the caches in a folder."""
+    for folder in home.iterdir():
+        if NAME.fullmatch(folder.name) and stat.S_ISDIR(folder.lstat().st_mode):
+            with suppress(OSError):
+                if stat.S_ISREG((folder / MARKER).lstat().st_mode):
+                    yield folder / MARKER
+
+
+def _cached() -> bool:
+    """Return whether what is compiled can be kept, after having told numba where."""
+    if os.environ.get("NUMBA_CACHE_DIR"):  # the user's own choice
+        return True
+    folder = cache_folder(sources_digest())
+    if folder is not None:
+        numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+    return folder is not None
+
+
+CACHED = _cached()
 
 
 def jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function compiled without Python objects, IEEE division, cached on disk."""
-    return numba.njit(cache=True, error_model="numpy", nogil=True, forceinline=True)(function)
+    return numba.njit(cache=CACHED, error_model="numpy", nogil=True, forceinline=True)(function)
 
 
 def jit_parallel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function compiled as `jit`, its `prange` loops over threads."""
-    return numba.njit(cache=True, error_model="numpy", nogil=True, parallel=True)(function)
+    return numba.njit(cache=CACHED, error_model="numpy", nogil=True, parallel=True)(function)
