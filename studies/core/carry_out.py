@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 
+from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.figures import save
 from studies.core.folder import CONFIG, run_folder, to_json, write_config
@@ -28,11 +29,23 @@ from studies.core.study_options import StudyOptions
 from studies.core.table import Table
 
 Config = TypeVar("Config", bound=StudyOptions)
+Asked = TypeVar("Asked", bound="AskedOptions")
 Result = TypeVar("Result")
 Item = TypeVar("Item")
 
 RECORDING = "run.rrd"
 FIGURES = "figures"
+
+
+class AskedOptions(Protocol):
+    """What a question's configuration has."""
+
+    @property
+    def json(self) -> bool:
+        """Whether to print JSON."""
+
+    def robot_of(self) -> Robot:
+        """Return the robot that it is about."""
 
 
 @contextmanager
@@ -133,6 +146,36 @@ class Study(Generic[Config, Result]):
                 out.print(table.render())
         out.print(self.verdict(result), soft_wrap=True)
         out.print(f"{config.out}: {', '.join(contents(config.out))}", soft_wrap=True)
+
+
+@dataclass(frozen=True)
+class Question(Generic[Asked, Result]):
+    """A study that answers at once and keeps no folder.
+
+    Attributes:
+        run: from a configuration to the result. tables, verdict: as of a `Study`.
+        content: of the JSON object.
+    """
+
+    run: Callable[[Asked], Result]
+    tables: Callable[[Result], Sequence[Table]]
+    verdict: Callable[[Result], str]
+    content: Callable[[Result], dict[str, Any]]
+
+    def __call__(self, config: Asked) -> Result:
+        """Return the result, printed."""
+        if not config.json:
+            show_differences(config.robot_of())
+        result = self.run(config)
+        if config.json:
+            print(to_json(self.content(result)))
+            return result
+        out = console()
+        for table in self.tables(result):
+            if table.rows:
+                out.print(table.render())
+        out.print(self.verdict(result), soft_wrap=True, end="")
+        return result
 
 
 def contents(folder: Path) -> list[str]:

@@ -12,19 +12,19 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
-from rich import box
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from flexsim.arm.parameters import Parameters
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.names import Names
 from flexsim.robot import Robot
+from studies.core.console import console
+from studies.core.table import Column, Table
 
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
 ROWS_SHOWN = 16
+DIFFERENCES = tuple(map(Column, Difference._fields))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,25 +76,18 @@ class RobotOptions(NameOptions):
         return Robot.of(self.mjcf, self.beam, parameters, names=self.names)
 
 
-def show_differences(robot: Robot, console: Console | None = None) -> None:
+def show_differences(robot: Robot, out: Console | None = None) -> None:
     """Print what the robot's file changes, if there is one."""
     if robot.given is None:
         return
-    console = console or Console(highlight=False)
+    out = out or console()
     rows = differences(robot.given)
     if not rows:
-        console.print(f"{robot.given.source}: the same robot as the default", highlight=False)
+        out.print(f"{robot.given.source}: the same robot as the default")
         return
-    console.print(f"{robot.given.source} differs from the default:", highlight=False)
-    table = Table(box=box.SIMPLE_HEAD)
-    for heading, side in (("element", "left"), ("attribute", "left"), ("default", "right")):
-        table.add_column(heading, justify=side, overflow="fold")  # type: ignore[arg-type]
-    table.add_column("yours", justify="right", overflow="fold")
-    for row in rows[:ROWS_SHOWN]:
-        table.add_row(*map(escape, row))
-    console.print(table)
-    if len(rows) > ROWS_SHOWN:
-        console.print(f"and {len(rows) - ROWS_SHOWN} more", highlight=False)
+    more = f"and {len(rows) - ROWS_SHOWN} more" if len(rows) > ROWS_SHOWN else ""
+    title = f"{robot.given.source} differs from the default:"
+    out.print(Table(rows[:ROWS_SHOWN], DIFFERENCES, title, more).render())
 
 
 def keep_file(folder: Path, robot: Robot) -> None:

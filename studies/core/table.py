@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from rich import box
@@ -179,7 +179,8 @@ class Table:
         """Return the table for the terminal."""
         grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 0 if self.tight else 1))
         for column, heading in zip(self.columns, self.headings(), strict=True):
-            grid.add_column(Text(heading), justify="right" if column.form else "left", no_wrap=True)
+            side: Literal["left", "right"] = "right" if column.form else "left"
+            grid.add_column(Text(heading), justify=side, overflow="fold")
         above: list[str] | None = None
         for rows in self.lines():
             head = [column.text(rows[0]) for column in self.section]

@@ -1,24 +1,23 @@
-"""Do the two plants agree? A ladder of checks from the static beam to driven motion.
+"""Do the two plants agree? Checks from the static beam to driven motion, each on the last.
 
->>> [rung.name for rung in run(CrosscheckConfig()).rungs if not rung.ok]
+>>> [check.name for check in run(CrosscheckConfig()).checks if not check.ok]
 []
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from flexsim.errors import ParameterError
-from flexsim.loop.motion import Motion
+from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import mass_matrix, stiffness_matrix
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants import assumed_modes
 from flexsim.plants.base import Plant
@@ -26,15 +25,16 @@ from flexsim.plants.chain_as_modes import vibration
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.robot import Robot
-from studies.core.folder import to_json
-from studies.core.options import RobotOptions, show_differences
+from studies.core.carry_out import Question
+from studies.core.options import RobotOptions
+from studies.core.table import Column, Table, items
 from studies.parity.modes import compared, source_of
-from studies.parity.motions import BRISK, DURATION, GENTLE, POSE, trial_torque
+from studies.parity.motions import AMPLITUDES, BRISK, DURATION, GENTLE, POSE, trial_torque
 
 CLAMPED_LIMIT = 1e-9  # relative: the design tunes these to rounding
 CHAIN_ENERGY_LIMIT = 1e-6  # relative drift over 2 s; RK4 at 1 ms damps the highest modes
 FAILED = 1  # the shell's status
-STATES = 20  # random states of the acceleration rung
+STATES = 20  # random states of the acceleration check
 
 
 class Limits(NamedTuple):
@@ -70,7 +70,7 @@ class CrosscheckConfig(RobotOptions):
 
 
 @dataclass(frozen=True)
-class Rung:
+class Check:
     """One check: its figure, the limit it is held to (None: stated only) and the verdict."""
 
     name: str
@@ -79,26 +79,32 @@ class Rung:
     ok: bool
     unit: str = "relative"
 
+    @property
+    def verdict(self) -> str:
+        """In a word."""
+        return "" if self.limit is None else "holds" if self.ok else "FAILS"
 
-def _rung(name: str, value: float, limit: float | None = None, unit: str = "relative") -> Rung:
-    return Rung(name, float(value), limit, limit is None or bool(value <= limit), unit)
+
+def _check(name: str, value: float, limit: float | None = None, unit: str = "relative") -> Check:
+    return Check(name, float(value), limit, limit is None or bool(value <= limit), unit)
 
 
 @dataclass(frozen=True)
 class CrosscheckResult:
-    """The rungs of the ladder, from the bottom."""
+    """The checks, the simplest first, what they are of, and what to know of it."""
 
     source: str
-    rungs: tuple[Rung, ...]
+    checks: tuple[Check, ...]
+    remarks: str = ""
 
     @property
     def ok(self) -> bool:
-        """Whether every rung holds."""
-        return all(rung.ok for rung in self.rungs)
+        """Whether every check holds."""
+        return all(check.ok for check in self.checks)
 
 
 def run(config: CrosscheckConfig) -> CrosscheckResult:
-    """Return the ladder's figures and verdicts."""
+    """Return figures and verdicts."""
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
     return checked(config.robot_of(), config.seed)
@@ -112,20 +118,17 @@ def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
     """
     modes, chain = robot.both()
     limits = DEFAULT_LIMITS if robot.file is None else EDITED_LIMITS
-    rungs = [
-        *linear_rungs(robot, limits),
-        _rung(
-            f"acceleration at {STATES} equal random states",
-            acceleration_difference(modes, chain, STATES, seed),
-            limits.acceleration,
-        ),
-        *driven_rungs(modes, chain, limits),
-        *energy_rungs(modes, chain, limits),
+    apart = acceleration_difference(modes, chain, STATES, seed)
+    checks = [
+        *linear_checks(robot, limits),
+        _check(f"acceleration at {STATES} equal random states", apart, limits.acceleration),
+        *driven_checks(modes, chain, limits),
+        *energy_checks(modes, chain, limits),
     ]
-    return CrosscheckResult(source_of(robot), tuple(rungs))
+    return CrosscheckResult(source_of(robot), tuple(checks), remarks(robot))
 
 
-def linear_rungs(robot: Robot, limits: Limits) -> list[Rung]:
+def linear_checks(robot: Robot, limits: Limits) -> list[Check]:
     """Return static deflection, frequencies and couplings of the chain against the exact beam.
 
     An edited file's beam has no exact solution; there the assumed modes take its place.
@@ -141,10 +144,10 @@ def linear_rungs(robot: Robot, limits: Limits) -> list[Rung]:
     clamped = f"clamped frequencies 1-3, chain to {spoken}"
     couplings = max(worst(each) for each in found.couplings.values())
     return [
-        _rung(f"static tip deflection, chain to {spoken}", abs(static), limits.static),
-        _rung(clamped, worst(found.clamped_hz), CLAMPED_LIMIT),
-        _rung("joint-free frequencies 1-3", worst(found.joint_free_hz), limits.joint_free),
-        _rung("couplings and tip values 1-3", max(couplings, abs(static)), limits.coupling),
+        _check(f"static tip deflection, chain to {spoken}", abs(static), limits.static),
+        _check(clamped, worst(found.clamped_hz), CLAMPED_LIMIT),
+        _check("joint-free frequencies 1-3", worst(found.joint_free_hz), limits.joint_free),
+        _check("couplings and tip values 1-3", max(couplings, abs(static)), limits.coupling),
     ]
 
 
@@ -189,25 +192,20 @@ def _modal_basis(chain: ChainPlant, n: int) -> Array:
     return W
 
 
-def tip_difference(first: Motion, second: Motion) -> float:
-    """Return the rms distance of two tips over their common samples [m]."""
-    return float(np.sqrt(np.mean(np.sum((first.tip - second.tip) ** 2, axis=1))))
-
-
-def driven_rungs(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -> list[Rung]:
+def driven_checks(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -> list[Check]:
     """Return the open-loop tip difference under the same torques at two amplitudes."""
-    rungs = []
-    for label, scale, limit in (
-        ("small", 1.0, limits.small_tip),
-        ("large", 4.0, limits.large_tip),
+    checks = []
+    for (label, scale), limit in zip(
+        AMPLITUDES.items(), (limits.small_tip, limits.large_tip), strict=True
     ):
         torque = trial_torque(scale)
         motions = [drive(plant, setting("none"), torque, theta=POSE) for plant in (modes, chain)]
         v = float(np.abs(motions[0].v).max())
         name = f"open loop 2 s, {label} torques (|v| to {1e3 * v:.0f} mm): tip, rms"
         allowed = v * (TIP_SHARE + (v / modes.parameters.L) ** 2) if limit is None else limit
-        rungs.append(_rung(name, tip_difference(*motions), allowed, "m"))
-    return rungs
+        apart = rms_distance(motions[0].tip, motions[1].tip)
+        checks.append(_check(name, apart, allowed, "m"))
+    return checks
 
 
 def energy_drift(plant: Plant, rates: tuple[float, float]) -> float:
@@ -218,52 +216,30 @@ def energy_drift(plant: Plant, rates: tuple[float, float]) -> float:
     """
     state = plant.rest_state(POSE)
     state[len(state) // 2 :][:2] = rates
-    still = np.zeros((round(DURATION / 1e-3), 2))
+    still = np.zeros((round(DURATION / PERIOD), 2))
     motion = drive(plant, setting("none"), still, state=state)
     return float(np.abs(motion.energy / motion.energy[0] - 1).max())
 
 
-def energy_rungs(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -> list[Rung]:
+def energy_checks(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -> list[Check]:
     """Return drifts of energy in free, undamped motion: consistent, printed, chain."""
     consistent = modes.undamped()
     printed = replace(consistent, form="printed")
     chain = chain.undamped()
     step = f"step {1e3 * chain.step:g} ms"
+    own, chains = energy_drift(consistent, GENTLE), energy_drift(chain, GENTLE)
     return [
-        _rung(
-            "energy, free motion 2 s: assumed modes, gentle",
-            energy_drift(consistent, GENTLE),
-            limits.energy,
-        ),
-        _rung("  printed equations, gentle (stated)", energy_drift(printed, GENTLE)),
-        _rung(
-            f"  chain, gentle, {step}",
-            energy_drift(chain, GENTLE),
-            CHAIN_ENERGY_LIMIT,
-        ),
-        _rung("  assumed modes, brisk (stated)", energy_drift(consistent, BRISK)),
-        _rung("  printed equations, brisk (stated)", energy_drift(printed, BRISK)),
-        _rung(f"  chain, brisk, {step} (stated)", energy_drift(chain, BRISK)),
+        _check("energy, free motion 2 s: assumed modes, gentle", own, limits.energy),
+        _check("  printed equations, gentle (stated)", energy_drift(printed, GENTLE)),
+        _check(f"  chain, gentle, {step}", chains, CHAIN_ENERGY_LIMIT),
+        _check("  assumed modes, brisk (stated)", energy_drift(consistent, BRISK)),
+        _check("  printed equations, brisk (stated)", energy_drift(printed, BRISK)),
+        _check(f"  chain, brisk, {step} (stated)", energy_drift(chain, BRISK)),
     ]
 
 
-def command(config: CrosscheckConfig) -> None:
-    """Print the ladder; a rung that fails makes it the shell's status 1."""
-    result = run(config)
-    if config.json:
-        rungs = [asdict(rung) for rung in result.rungs]
-        print(to_json({"source": result.source, "ok": result.ok, "rungs": rungs}))
-    else:
-        console = Console()
-        show_differences(config.robot_of())
-        console.print(rung_table(result))
-        console.print(remarks(config.robot_of()), highlight=False, end="")
-    if not result.ok:
-        raise SystemExit(FAILED)
-
-
 def remarks(robot: Robot) -> str:
-    """Return what to know of a file before a rung that fails is blamed on the models."""
+    """Return what to know of a file before a check that fails is blamed on the models."""
     if robot.file is None:
         return ""
     integrator = mujoco.mjtIntegrator(robot.file.model.opt.integrator)
@@ -276,16 +252,33 @@ def remarks(robot: Robot) -> str:
     )
 
 
-def rung_table(result: CrosscheckResult) -> Table:
-    """Return a row per rung."""
-    table = Table(title=f"Parity ladder: {result.source}", title_justify="left")
-    table.add_column("rung")
-    table.add_column("figure", justify="right")
-    table.add_column("limit", justify="right")
-    table.add_column("verdict")
-    for rung in result.rungs:
-        unit = " m" if rung.unit == "m" else ""
-        limit = "" if rung.limit is None else f"{rung.limit:.1e}{unit}"
-        verdict = "" if rung.limit is None else "holds" if rung.ok else "FAILS"
-        table.add_row(rung.name, f"{rung.value:.2e}{unit}", limit, verdict)
-    return table
+COLUMNS = (
+    Column("name", "check"),
+    Column("value", "figure", form=".2e"),
+    Column("limit", form=".1e", missing=""),
+    Column("verdict"),
+)
+
+
+def tables(result: CrosscheckResult) -> list[Table]:
+    """Return a row per check."""
+    return [
+        Table(
+            result.checks, COLUMNS, f"Cross-check: {result.source}; relative, tips in m", tight=True
+        )
+    ]
+
+
+def content(result: CrosscheckResult) -> dict[str, Any]:
+    """Return what `--json` prints."""
+    checks = [items(check) for check in result.checks]
+    return {"source": result.source, "ok": result.ok, "rungs": checks}
+
+
+answer = Question(run, tables, lambda result: result.remarks, content)
+
+
+def command(config: CrosscheckConfig) -> None:
+    """Print the checks; one that fails makes it the shell's status 1."""
+    if not answer(config).ok:
+        raise SystemExit(FAILED)

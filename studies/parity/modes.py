@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.table import Table
 
 from flexsim.arm.beam import modal_integrals, mode_shapes
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
@@ -21,11 +20,11 @@ from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import free_frequencies
 from flexsim.plants.chain_as_modes import clamped_damping, vibration
-from flexsim.robot import Robot
-from studies.core.folder import to_json
-from studies.core.options import RobotOptions, show_differences
+from flexsim.robot import MODES, Robot
+from studies.core.carry_out import Question
+from studies.core.options import RobotOptions
+from studies.core.table import Column, Table
 
-COMPARED = 3  # modes: those of the paper's model
 HERTZ = 1 / (2 * np.pi)
 
 
@@ -38,16 +37,16 @@ class ModesConfig(RobotOptions):
     json: bool = False
     """Print one JSON object instead of tables."""
 
-    @property
-    def named(self) -> RobotOptions:
-        """The robot's file, however it was given.
+    def robot_of(self, parameters: Parameters | None = None) -> Robot:
+        """Return the robot, however its file was given.
 
         Raises:
             ParameterError: it was given twice.
         """
         if self.file is not None and self.mjcf is not None:
             raise ParameterError(f"two MJCF files are given, {self.file} and {self.mjcf}; give one")
-        return RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam, **vars(self.names))
+        named = RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam, **vars(self.names))
+        return named.robot_of(parameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +68,7 @@ class ModesResult:
 
 def run(config: ModesConfig) -> ModesResult:
     """Return frequencies, couplings and shapes of the paper's beam and of both plants."""
-    return compared(config.named.robot_of())
+    return compared(config.robot_of())
 
 
 def compared(robot: Robot) -> ModesResult:
@@ -79,10 +78,10 @@ def compared(robot: Robot) -> ModesResult:
         ModelError: its file has fewer hinges than modes are compared, or what no mode has.
     """
     p = Parameters()
-    plant, chain_plant = robot.both(modes=COMPARED)
+    plant, chain_plant = robot.both(modes=MODES)
     chain = chain_plant.chain
-    found = vibration(chain, chain_plant.parameters, COMPARED)
-    integrals = modal_integrals(p, COMPARED)
+    found = vibration(chain, chain_plant.parameters, MODES)
+    integrals = modal_integrals(p, MODES)
     coefficients, own = plant.coefficients, plant.parameters
     Phi = coefficients.P / own.rho
     couplings = {  # exact, assumed modes, chain
@@ -99,18 +98,18 @@ def compared(robot: Robot) -> ModesResult:
     return ModesResult(
         source=source_of(robot),
         clamped_hz={
-            "exact": clamped_frequencies(p, COMPARED) * HERTZ,
+            "exact": clamped_frequencies(p, MODES) * HERTZ,
             "assumed_modes": clamped * HERTZ,
             "chain": found.clamped * HERTZ,
         },
         joint_free_hz={
-            "exact": joint_free_frequencies(p, COMPARED) * HERTZ,
+            "exact": joint_free_frequencies(p, MODES) * HERTZ,
             "assumed_modes": free_frequencies(coefficients) * HERTZ,
             "chain": found.joint_free * HERTZ,
         },
         damping_ratio={
             "assumed_modes": np.diag(coefficients.damping) / (2 * clamped * coefficients.mass),
-            "chain": clamped_damping(chain)[:COMPARED],
+            "chain": clamped_damping(chain)[:MODES],
         },
         couplings={
             name: dict(zip(("exact", "assumed_modes", "chain"), values, strict=True))
@@ -147,74 +146,99 @@ def modal_assurance(chain: ChainModel, shapes: Array) -> Array:
     return cross**2 / (np.sum(exact**2, axis=0) * np.sum(found**2, axis=0))
 
 
-def _frequency_table(title: str, columns: dict[str, Array]) -> Table:
-    table = Table(title=title, title_justify="left")
-    for heading in ("mode", "exact", "assumed modes", "difference", "chain", "difference"):
-        table.add_column(heading, justify="right")
-    for i, exact in enumerate(columns["exact"]):
-        modes, chain = columns["assumed_modes"][i], columns["chain"][i]
-        table.add_row(
-            str(i + 1),
-            f"{exact:.6f}",
-            f"{modes:.6f}",
-            f"{modes / exact - 1:+.1e}",
-            f"{chain:.6f}",
-            f"{chain / exact - 1:+.1e}",
-        )
-    return table
+@dataclass(frozen=True)
+class ModeRow:
+    """One frequency [Hz] in the three models."""
+
+    mode: int
+    exact: float
+    assumed_modes: float
+    chain: float
+
+    @property
+    def modes_difference(self) -> float:
+        """Relative, of the assumed modes'."""
+        return self.assumed_modes / self.exact - 1
+
+    @property
+    def chain_difference(self) -> float:
+        """Relative, of the chain's."""
+        return self.chain / self.exact - 1
 
 
-def _coupling_table(result: ModesResult) -> Table:
-    table = Table(title="Couplings and tip values of the modes", title_justify="left")
-    table.add_column("")
-    for heading in ("mode 1", "mode 2", "mode 3"):
-        table.add_column(heading, justify="right")
-    for name, values in result.couplings.items():
-        table.add_row(f"{name}, beam", *[f"{x:+.7f}" for x in values["exact"]])
-        table.add_row("  assumed modes", *[f"{x:+.7f}" for x in values["assumed_modes"]])
-        table.add_row("  chain", *[f"{x:+.7f}" for x in values["chain"]])
-        errors = values["chain"] / values["exact"] - 1
-        table.add_row("  difference", *[f"{x:+.1e}" for x in errors], end_section=True)
-    table.add_row("MAC, chain to beam", *[f"{value:.6f}" for value in result.mac])
+@dataclass(frozen=True, eq=False)
+class ShapeRow:
+    """A figure of each mode (3,), and how it is written."""
+
+    name: str
+    figures: Array
+    form: str
+
+
+FREQUENCIES = (
+    Column("mode", form="d"),
+    Column("exact", form=".6f"),
+    Column("assumed_modes", form=".6f"),
+    Column("modes_difference", "difference", form="+.1e"),
+    Column("chain", form=".6f"),
+    Column("chain_difference", "difference", form="+.1e"),
+)
+
+
+def _mode(i: int) -> Column:
+    return Column(f"mode {i + 1}", form=lambda row: format(row.figures[i], row.form))
+
+
+SHAPES = (Column("name", ""), *map(_mode, range(MODES)))
+
+
+def _frequencies(models: dict[str, Array]) -> list[ModeRow]:
+    """Return frequencies mode by mode."""
+    columns = (models[name] for name in ("exact", "assumed_modes", "chain"))
+    return [ModeRow(i, *map(float, row)) for i, row in enumerate(zip(*columns, strict=True), 1)]
+
+
+def _shapes(result: ModesResult) -> Iterator[ShapeRow]:
+    """Give couplings with the chain's errors, the MAC, and damping ratios if there are any."""
+    for name, models in result.couplings.items():
+        for model, figures in models.items():
+            label = f"{name}, beam" if model == "exact" else f"  {model.replace('_', ' ')}"
+            yield ShapeRow(label, figures, "+.7f")
+        yield ShapeRow("  difference", models["chain"] / models["exact"] - 1, "+.1e")
+    yield ShapeRow("MAC, chain to beam", result.mac, ".6f")
     if np.any(result.damping_ratio["chain"]):
         for model, ratios in result.damping_ratio.items():
-            label = f"damping ratio, {model.replace('_', ' ')}"
-            table.add_row(label, *[f"{ratio:.6f}" for ratio in ratios])
-    return table
+            yield ShapeRow(f"damping ratio, {model.replace('_', ' ')}", ratios, ".6f")
 
 
-def command(config: ModesConfig) -> None:
-    """Print the comparison."""
-    result = run(config)
-    if config.json:
-        print(to_json(vars(result)))
-        return
-    console = Console()
-    show_differences(config.named.robot_of())
-    print_modes(result, console)
+def tables(result: ModesResult) -> list[Table]:
+    """Return frequencies, couplings and shapes."""
+    title = f"Chain: {result.source}; exact: the paper's beam\n\nClamped beam, frequencies (Hz)"
+    free = "Both joints free, straight arm, frequencies (Hz)"
+    return [
+        Table(_frequencies(result.clamped_hz), FREQUENCIES, title),
+        Table(_frequencies(result.joint_free_hz), FREQUENCIES, free),
+        Table(list(_shapes(result)), SHAPES, "Couplings and tip values of the modes"),
+    ]
 
 
-def print_modes(result: ModesResult, console: Console) -> None:
-    """Print frequencies, couplings and what bounds the step."""
-    console.print(f"Chain: {result.source}; exact: the paper's beam", highlight=False)
-    console.print(_frequency_table("Clamped beam, frequencies (Hz)", result.clamped_hz))
-    console.print(
-        _frequency_table("Both joints free, straight arm, frequencies (Hz)", result.joint_free_hz)
-    )
-    console.print(_coupling_table(result))
-    compliance = result.static_compliance
-    console.print(
+def verdict(result: ModesResult) -> str:
+    """Return in words what differs at most, and what bounds the step."""
+    compliance, omega = result.static_compliance, result.omega_max
+    text = (
         f"Static tip compliance (m/N): exact {compliance['exact']:.6f}, assumed modes "
         f"{compliance['assumed_modes']:.6f}, chain {compliance['chain']:.6f}\n"
         "Largest of the chain's differences in couplings and compliance: "
         f"{100 * result.coupling_error_max:.3f} %\n"
-        f"Highest frequency (rad/s): assumed modes {result.omega_max['assumed_modes']:.0f}, chain "
-        f"{result.omega_max['chain']:.0f}",
-        highlight=False,
+        f"Highest frequency (rad/s): assumed modes {omega['assumed_modes']:.0f}, chain "
+        f"{omega['chain']:.0f}\n"
     )
-    if result.step_limit is not None:
-        console.print(
-            f"The chain's step of {1e3 * result.step:g} ms is within its integrator's limit of "
-            f"{1e3 * result.step_limit:.2f} ms",
-            highlight=False,
-        )
+    if result.step_limit is None:
+        return text
+    return text + (
+        f"The chain's step of {1e3 * result.step:g} ms is within its integrator's limit of "
+        f"{1e3 * result.step_limit:.2f} ms\n"
+    )
+
+
+command = Question(run, tables, verdict, vars)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
@@ -19,9 +18,7 @@ from flexsim.arm.beam import mode_shapes
 from flexsim.arm.parameters import Parameters
 from flexsim.numerics.types import Array
 from flexsim.recording.scene import colour
-
-if TYPE_CHECKING:
-    from studies.watch.watch import Save
+from studies.watch.save import Save
 
 Colour = tuple[int, int, int]
 

@@ -13,7 +13,6 @@ import uuid
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
@@ -27,7 +26,6 @@ from flexsim.recording.rerun_file import (
     APPLICATION,
     fix_ids,
     log_text,
-    markdown_table,
     new_stream,
     strict,
     write_rrd,
@@ -35,12 +33,12 @@ from flexsim.recording.rerun_file import (
 from flexsim.recording.rrd import _log_trace
 from flexsim.recording.scene import corners, log_scene
 from flexsim.recording.traces import CHAIN, MM, TIMELINE, Trace, traces
+from studies.core.options import DIFFERENCES
+from studies.core.table import Table
 from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
-from studies.watch.report import frequency_rows, tip_line
+from studies.watch.report import BEAM, COLUMNS, frequency_rows, tip_line
+from studies.watch.save import Save
 from studies.watch.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
-
-if TYPE_CHECKING:
-    from studies.watch.watch import Save
 
 SAVES = "save"  # the timeline of the history
 ROOT = "arm"  # of the entities of the case
@@ -66,20 +64,16 @@ def text_of(saves: Sequence[Save], error: str | None) -> str:
     title = f"# {save.chain.source}: {save.label}"
     if error is not None:
         title = f"# Not usable\n\n**{error}**\n\nAll that is shown is of {save.label}."
-    since = f"change since save {before.number}" if before else "change"
-    head = ("", "assumed modes", since, "chain", since, "paper's beam")
-    table = markdown_table(head, frequency_rows(save, before))
-    return f"{title}\n\n{tip_line(save, before)}\n\n{table}"
+    since = f"Changes: since save {before.number}." if before else ""
+    table = Table(frequency_rows(save, before), (*COLUMNS, BEAM), note=since)
+    return f"{title}\n\n{tip_line(save, before)}\n\n{table.markdown()}"
 
 
 def changes_of(save: Save, error: str | None) -> str:
     """Return in markdown what the file changes of the default, and what is wrong with it now."""
-    rows = save.changes
     found = "The same robot as the default."
-    if rows:
-        found = markdown_table(
-            ("element", "attribute", "default", "yours"), [list(row) for row in rows]
-        )
+    if save.changes:
+        found = Table(save.changes, DIFFERENCES).markdown()
     return f"**{error}**\n\n{found}" if error else found
 
 

@@ -1,22 +1,20 @@
 """What does a save of a watched file bring? As a line of JSON, as a table, in words.
 
->>> print_save(save, before)                            # doctest: +SKIP
+>>> show_save(save, before)                            # doctest: +SKIP
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
-
+from studies.core.console import console
 from studies.core.folder import to_json
 from studies.core.options import show_differences
-
-if TYPE_CHECKING:
-    from studies.watch.watch import Save
+from studies.core.table import Column, Table
+from studies.watch.save import Save
 
 PLANTS = ("assumed_modes", "chain")
 SAME = 5e-4  # [%] of a number, and less, is no change
@@ -47,33 +45,56 @@ def json_line(when: datetime, save: Save | None = None, error: str | None = None
     return json.dumps(json.loads(to_json(content)))
 
 
-def print_save(save: Save, before: Save | None) -> None:
+def show_save(save: Save, before: Save | None) -> None:
     """Print what a save changes from the default, and from the one before."""
-    console = Console(highlight=False)
-    show_differences(save.robot, console)
+    out = console()
+    show_differences(save.robot, out)
     since = f"; change: since save {before.number}" if before else ""
-    table = Table(title=f"{save.when:%H:%M:%S} save {save.number}{since}", title_justify="left")
-    table.add_column("")
-    for heading in ("assumed modes", "change", "chain", "change"):
-        table.add_column(heading, justify="right")
-    for row in frequency_rows(save, before):
-        table.add_row(*row[:5])
-    console.print(table)
-    console.print(f"{tip_line(save, before)}\n")
+    title = f"{save.when:%H:%M:%S} save {save.number}{since}"
+    out.print(Table(frequency_rows(save, before), COLUMNS, title).render())
+    out.print(f"{tip_line(save, before)}\n")
 
 
-def frequency_rows(save: Save, before: Save | None) -> list[list[str]]:
-    """Return a row per mode: name, assumed modes and change, chain and change, the paper's beam."""
+@dataclass(frozen=True)
+class FrequencyRow:
+    """One frequency or damping ratio of both plants, now and before, and of the paper's beam."""
+
+    name: str
+    now: Mapping[str, float]
+    before: Mapping[str, float]
+    beam: float | None
+
+
+def frequency_rows(save: Save, before: Save | None) -> list[FrequencyRow]:
+    """Return a row per mode and kind."""
     found = []
     for name, by_plant in save.rows().items():
-        earlier = before.rows().get(name) if before else None
+        earlier = before.rows().get(name, {}) if before else {}
         for i in range(len(by_plant["chain"])):
-            cells = [name.replace(" [", f" {i + 1} [")]
-            for plant in PLANTS:
-                value = by_plant[plant][i]
-                cells += [number(value), change(value, earlier[plant][i] if earlier else None)]
-            found.append([*cells, number(by_plant["exact"][i]) if "exact" in by_plant else ""])
+            now, past = (
+                {plant: float(figures[i]) for plant, figures in each.items()}
+                for each in (by_plant, earlier)
+            )
+            label = name.replace(" [", f" {i + 1} [")
+            found.append(FrequencyRow(label, now, past, now.get("exact")))
     return found
+
+
+def _figure(plant: str) -> Column:
+    """Return the column of a plant's figures."""
+    return Column(plant, form=lambda row: number(row.now[plant]))
+
+
+def _change(plant: str) -> Column:
+    """Return the column of what has changed since the save before."""
+    return Column("change", form=lambda row: change(row.now[plant], row.before.get(plant)))
+
+
+COLUMNS = (
+    Column("name", ""),
+    *(column(plant) for plant in PLANTS for column in (_figure, _change)),
+)
+BEAM = Column("beam", "paper's beam", form=lambda row: number(row.beam) if row.beam else "")
 
 
 def number(value: float) -> str:

@@ -1,9 +1,6 @@
 """What does this edit do? Modes and a quick cross-check of an MJCF file at every save.
 
->>> answered(Path("models/chain6.xml")).tip_rms < 1e-5
-True
-
-`flexsim watch my.xml` prints them, and shows them in the rerun viewer (`watch_recording`), until
+`flexsim watch my.xml` prints them, and shows them in the rerun viewer (`.recording`), until
 Ctrl-C. A file that cannot be used is said so in one line, and watched on.
 """
 
@@ -15,32 +12,17 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
-from functools import cached_property
 from pathlib import Path
 from typing import Literal, Protocol
 
-import numpy as np
 import tyro
 
-from flexsim.errors import FlexsimError, ModelError, ParameterError, RunError
-from flexsim.loop.motion import Motion
-from flexsim.loop.runs import drive
-from flexsim.loop.settings import setting
-from flexsim.mjcf.chain_file import ChainModel
-from flexsim.mjcf.differences import Difference, differences
-from flexsim.mjcf.names import Names
-from flexsim.numerics.types import Array
-from flexsim.plants.chain_as_modes import vibration
-from flexsim.robot import Robot
+from flexsim.errors import FlexsimError, ParameterError, RunError
 from studies.core.options import NameOptions
-from studies.parity.crosscheck import tip_difference
-from studies.parity.modes import COMPARED, ModesResult, compared
-from studies.parity.motions import POSE, trial_torque
 from studies.watch.files import Sleep, lasts, snapshots
-from studies.watch.report import json_line, print_save
+from studies.watch.report import json_line, show_save
+from studies.watch.save import Save, answered
 
-TORQUE_SCALE = 1.0  # of the trial torques: the small ones of `flexsim crosscheck`
-SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
 BROKEN = 2  # the shell's status of --once with a file that cannot be used
 
 
@@ -66,46 +48,7 @@ class WatchConfig(NameOptions):
     """Print one JSON object per save, a line each."""
 
 
-@dataclass(frozen=True, eq=False)
-class Save:
-    """What one save of the file brought.
-
-    Attributes:
-        robot: of the file. chain: the file. number: of this save among the good ones, from 1.
-        when: it was answered. modes: as `flexsim modes` has them. shapes: (N+2, 3) of the chain's
-        modes at clamp, hinges, tip [-]. motions: of both plants, open loop, by name.
-        tip_rms: distance of the two tips [m]; v_max: largest tip deflection of the chain [m].
-    """
-
-    robot: Robot
-    chain: ChainModel
-    number: int
-    when: datetime
-    modes: ModesResult
-    shapes: Array
-    motions: dict[str, Motion]
-    tip_rms: float
-    v_max: float
-
-    @cached_property
-    def changes(self) -> list[Difference]:
-        """What the file changes of the default."""
-        return differences(self.robot.rod or self.chain)
-
-    @property
-    def label(self) -> str:
-        """As text calls it."""
-        return f"save {self.number}, {self.when:%H:%M:%S}"
-
-    def rows(self) -> dict[str, dict[str, Array]]:
-        """Return frequencies [Hz] and damping ratios, each a mapping from plant to (3,)."""
-        found = {"clamped [Hz]": self.modes.clamped_hz, "joint-free [Hz]": self.modes.joint_free_hz}
-        if any(np.any(ratios) for ratios in self.modes.damping_ratio.values()):
-            found["damping ratio [-]"] = self.modes.damping_ratio
-        return found
-
-
-class Screen(Protocol):
+class Display(Protocol):
     """Where saves are shown."""
 
     def show(self, saves: list[Save], error: str | None = None) -> None:
@@ -116,55 +59,17 @@ class Screen(Protocol):
         """
 
 
-def answered(
-    path: Path,
-    beam: str = "file",
-    number: int = 1,
-    when: datetime = datetime.min,
-    names: Names | None = None,
-) -> Save:
-    """Return modes and open-loop motions of both plants of a file.
-
-    Raises:
-        ModelError: the file cannot be used; the message names file and element.
-    """
-    try:
-        robot = Robot.of(path, beam, names=names)
-        plants = robot.both()
-        chain = plants[1].chain
-        torque = trial_torque(TORQUE_SCALE)
-        motions = [drive(plant, setting("none"), torque, theta=POSE) for plant in plants]
-        modes = compared(robot)
-        shapes = vibration(chain, robot.parameters, COMPARED).shapes
-    except FlexsimError as error:
-        said = " ".join(str(error).split())
-        raise ModelError(said if str(path) in said else f"{path}: {said}") from None
-    except np.linalg.LinAlgError as error:
-        raise ModelError(f"{path}: its modes cannot be found: {error}; check masses") from None
-    return Save(
-        robot=robot,
-        chain=chain,
-        number=number,
-        when=when,
-        modes=modes,
-        shapes=shapes,
-        motions={motion.plant: motion.thinned(SHOWN_EVERY) for motion in motions},
-        tip_rms=tip_difference(*motions),
-        v_max=float(np.abs(motions[1].v).max()),
-    )
-
-
 @dataclass
 class Watch:
     """A file being watched, and what it answered so far.
 
     Attributes:
-        config: what to do. screen: where to show it, if anywhere. sleep, now: the clock.
+        config: what to do. display: where to show it, if anywhere. sleep, now: the clock.
         saves: the good ones so far.
     """
 
     config: WatchConfig
-    screen: Screen | None = None
+    display: Display | None = None
     sleep: Sleep = time.sleep
     now: Callable[[], datetime] = datetime.now
     saves: list[Save] = field(default_factory=list)
@@ -214,14 +119,14 @@ class Watch:
         if self.config.json:
             print(json_line(save.when, save), flush=True)
         else:
-            print_save(save, self.saves[-2] if len(self.saves) > 1 else None)
+            show_save(save, self.saves[-2] if len(self.saves) > 1 else None)
         self._show()
 
     def _show(self, error: str | None = None) -> None:
-        if self.screen is None:
+        if self.display is None:
             return
         try:
-            self.screen.show(self.saves, error)
+            self.display.show(self.saves, error)
         except FlexsimError as problem:
             if self.config.once:
                 raise
@@ -233,7 +138,7 @@ def complain(message: str) -> None:
     print(f"flexsim: {message}", file=sys.stderr, flush=True)
 
 
-def screen_of(config: WatchConfig) -> Screen | None:
+def display_of(config: WatchConfig) -> Display | None:
     """Return where a configuration wants its saves shown.
 
     Raises:
@@ -268,7 +173,7 @@ def command(config: WatchConfig) -> None:
     if not config.file.is_file():
         raise RunError(f"there is no file {config.file}; give an MJCF file that exists")
     with contextlib.suppress(KeyboardInterrupt):
-        watch = Watch(config, screen_of(config))
+        watch = Watch(config, display_of(config))
         if not (config.once or config.json):
             print(f"watching {config.file} (Ctrl-C ends it)", flush=True)
         watch.run()

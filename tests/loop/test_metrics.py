@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from flexsim.loop.metrics import envelope_half_width, measures, performance_index
+from flexsim.loop.metrics import envelope_half_width, measures, performance_index, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 
@@ -138,3 +138,9 @@ def test_measures_of_a_diverged_motion_say_so() -> None:
 def test_a_path_without_a_hold_has_no_residual() -> None:
     reference = Reference(TIME, np.zeros((2001, 2)), np.zeros((2001, 2)))
     assert measures(motion(v=np.ones(2001)), reference)["residual_v"] is None
+
+
+def test_rms_distance_of_known_points() -> None:
+    first, second = [[0.0, 0.0], [1.0, 1.0]], [[3.0, 4.0], [1.0, 1.0]]
+    assert rms_distance(first, second) == pytest.approx(np.sqrt(25 / 2), rel=1e-15)
+    assert rms_distance(second, second) == 0.0

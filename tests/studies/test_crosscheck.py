@@ -1,4 +1,4 @@
-"""The parity ladder: it holds for the shipped chains, and each rung fails for its own reason."""
+"""The cross-check: it holds for the shipped chains, and each check fails for its own reason."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from studies.main import main
 from studies.parity.crosscheck import (
     CHAIN_ENERGY_LIMIT,
     STATES,
+    Check,
     CrosscheckConfig,
     CrosscheckResult,
-    Rung,
     acceleration_difference,
     energy_drift,
     run,
-    tip_difference,
 )
 from studies.parity.motions import BRISK, GENTLE, trial_torque
 
@@ -34,17 +33,17 @@ README = (ROOT / "README.md").read_text()
 PRINTED = 1e5  # times the drift of the consistent equations: what the printed ones exceed
 SMALL, LARGE = 6e-6, 0.12e-3  # [m] rms over 2 s, as the README says
 STATED = 0.02  # relative: three digits of the README's ladder; libraries move the last
-ROUNDED = 0.5  # relative, of rungs that are sums of rounding errors
+ROUNDED = 0.5  # relative, of checks that are sums of rounding errors
 
 
 @pytest.fixture(scope="module")
-def ladder() -> dict[str, Rung]:
-    """Return the default chain's rungs by name."""
-    return {rung.name: rung for rung in run(CrosscheckConfig()).rungs}
+def checks() -> dict[str, Check]:
+    """Return the default chain's checks by name."""
+    return {check.name: check for check in run(CrosscheckConfig()).checks}
 
 
-def named(rungs: dict[str, Rung], words: str) -> Rung:
-    (found,) = (rung for name, rung in rungs.items() if words in name)
+def named(checks: dict[str, Check], words: str) -> Check:
+    (found,) = (check for name, check in checks.items() if words in name)
     return found
 
 
@@ -55,49 +54,49 @@ def edited(pattern: str, replacement: str, count: int = 0) -> str:
 
 
 def failures(folder: Path, text: str, beam: Any = "analytic") -> list[str]:
-    """Return the rungs that fail: the paper's beam in the equations, an edited one in MuJoCo."""
+    """Return the checks that fail: the paper's beam in the equations, an edited one in MuJoCo."""
     path = folder / "edited.xml"
     path.write_text(text)
     result = run(CrosscheckConfig(mjcf=path, beam=beam))
     assert result.source == str(path)
-    found = [rung.name for rung in result.rungs if not rung.ok]
+    found = [check.name for check in result.checks if not check.ok]
     assert result.ok is (not found)
     return found
 
 
-def test_default_chain_holds(ladder: dict[str, Rung]) -> None:
-    held = [rung for rung in ladder.values() if rung.limit is not None]
+def test_default_chain_holds(checks: dict[str, Check]) -> None:
+    held = [check for check in checks.values() if check.limit is not None]
     assert len(held) == 9
-    assert all(rung.ok and rung.limit and 0 <= rung.value <= rung.limit for rung in held)
+    assert all(check.ok and check.limit and 0 <= check.value <= check.limit for check in held)
     assert CrosscheckResult("", tuple(held)).ok
-    assert not CrosscheckResult("", (*held, Rung("", 2.0, 1.0, False))).ok
+    assert not CrosscheckResult("", (*held, Check("", 2.0, 1.0, False))).ok
 
 
-def test_printed_equations_drift(ladder: dict[str, Rung]) -> None:
+def test_printed_equations_drift(checks: dict[str, Check]) -> None:
     """Misprints do work: gentle and brisk, the consistent equations drift far less."""
     for motion in ("gentle", "brisk"):
-        printed = named(ladder, f"printed equations, {motion}")
-        consistent = named(ladder, f"assumed modes, {motion}")
+        printed = named(checks, f"printed equations, {motion}")
+        consistent = named(checks, f"assumed modes, {motion}")
         assert printed.limit is None
         assert printed.value > PRINTED * consistent.value
 
 
-def test_readme_states_these_figures(ladder: dict[str, Rung]) -> None:
-    assert named(ladder, "small torques").value < SMALL
+def test_readme_states_these_figures(checks: dict[str, Check]) -> None:
+    assert named(checks, "small torques").value < SMALL
     assert "within 6 micrometres" in README
-    assert named(ladder, "large torques").value < LARGE
+    assert named(checks, "large torques").value < LARGE
     assert "within 0.12 mm" in README
     printed = re.findall(r"│ +(\d\.\d\de[-+]\d\d)", README.split("Parity ladder")[1])
-    assert len(printed) == len(ladder)
-    for rung, figure in zip(ladder.values(), printed, strict=True):
-        tolerance = ROUNDED if rung.value < 1e-9 else STATED
-        assert float(figure) == pytest.approx(rung.value, rel=tolerance), rung.name
+    assert len(printed) == len(checks)
+    for check, figure in zip(checks.values(), printed, strict=True):
+        tolerance = ROUNDED if check.value < 1e-9 else STATED
+        assert float(figure) == pytest.approx(check.value, rel=tolerance), check.name
 
 
 def test_shipped_file_climbs_with_its_own_modes_and_with_the_papers() -> None:
     for beam in ("file", "analytic"):
         result = run(CrosscheckConfig(mjcf=CHAIN6, beam=beam))  # type: ignore[arg-type]
-        assert result.ok, [rung for rung in result.rungs if not rung.ok]
+        assert result.ok, [check for check in result.checks if not check.ok]
 
 
 @pytest.mark.parametrize("edit", EDITS)
@@ -147,7 +146,7 @@ def test_an_integrator_of_low_order_loses_energy() -> None:
 
 
 def test_friction_would_be_seen_as_drift() -> None:
-    """Negative control: with the joints' own friction the energy rung would not hold."""
+    """Negative control: with the joints' own friction the energy check would not hold."""
     lossy = ChainPlant(Parameters(), load_chain(CHAIN6))
     assert energy_drift(lossy, GENTLE) > 10 * CHAIN_ENERGY_LIMIT
 
@@ -176,21 +175,11 @@ def test_a_file_with_an_include_climbs_the_whole_ladder(
     assert run(CrosscheckConfig(mjcf=Path("sub/arm.xml"))).ok
 
 
-def test_acceleration_rung_is_seeded() -> None:
+def test_acceleration_check_is_seeded() -> None:
     modes, chain = AssumedModesPlant(Parameters()), ChainPlant.designed(Parameters())
     first, again, other = (acceleration_difference(modes, chain, 5, seed) for seed in (1, 1, 2))
     assert first == again != other
     assert acceleration_difference(modes, chain, STATES, 1) >= first  # its first five are these
-
-
-def test_tip_difference_of_known_tips() -> None:
-    class Tips:
-        def __init__(self, tip: Any) -> None:
-            self.tip = np.array(tip)
-
-    first, second = Tips([[0.0, 0.0], [1.0, 1.0]]), Tips([[3.0, 4.0], [1.0, 1.0]])
-    wanted = np.sqrt(25 / 2)
-    assert tip_difference(first, second) == pytest.approx(wanted, rel=1e-15)  # type: ignore[arg-type]
 
 
 def test_trial_torque_is_the_stated_one() -> None:
@@ -213,10 +202,10 @@ def test_verdicts_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert ended.value.code == 1
     found = json.loads(capsys.readouterr().out)
     assert found["ok"] is False
-    assert all({"name", "value", "limit", "ok"} <= set(rung) for rung in found["rungs"])
+    assert all({"name", "value", "limit", "ok"} <= set(check) for check in found["rungs"])
     with pytest.raises(SystemExit):
         main(words)
     text = capsys.readouterr().out
-    fails = sum(not rung["ok"] for rung in found["rungs"])
-    holds = sum(rung["ok"] and rung["limit"] is not None for rung in found["rungs"])
+    fails = sum(not check["ok"] for check in found["rungs"])
+    holds = sum(check["ok"] and check["limit"] is not None for check in found["rungs"])
     assert (text.count("FAILS"), text.count("holds")) == (fails, holds)

@@ -32,9 +32,10 @@ from studies.watch import viewer as watch_viewer
 from studies.watch import watch as watch_module
 from studies.watch.files import POLL, snapshot_of
 from studies.watch.recording import RecordingFile, changes_of, text_of
-from studies.watch.report import change, print_save
+from studies.watch.report import change, show_save
+from studies.watch.save import Save, answered
 from studies.watch.viewer import answers
-from studies.watch.watch import Save, Watch, WatchConfig, answered
+from studies.watch.watch import Watch, WatchConfig
 
 SOFT = EDITS["soft hinge"]
 CLAMPED = 1e-9  # relative: the design tunes these to rounding
@@ -242,13 +243,13 @@ def test_the_console_fits_a_terminal(
     saves: list[Save], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", str(WIDTH))
-    print_save(saves[1], saves[0])
+    show_save(saves[1], saves[0])
     shown = capsys.readouterr().out
     assert max(map(len, shown.splitlines())) <= WIDTH
     row = next(line for line in shown.splitlines() if "clamped 1 [Hz]" in line)
     assert row.split() == "│ clamped 1 [Hz] │ 3.04046 │ -8.894 % │ 3.04046 │ -8.894 % │".split()
     assert "save 2; change: since save 1" in shown and "damping" not in shown
-    print_save(saves[2], None)
+    show_save(saves[2], None)
     shown = capsys.readouterr().out
     assert "damping ratio 3 [-]" in shown and "%" not in shown
 
