@@ -141,9 +141,7 @@ class Study(Generic[Config, Result]):
 
     def show(self, config: Config, result: Result, out: Console) -> None:
         """Print the tables, the verdict and what lies in the folder."""
-        for table in self.tables(result):
-            if table.columns and table.rows:
-                out.print(table.render())
+        show_tables(self.tables(result), out)
         out.print(self.verdict(result), soft_wrap=True)
         out.print(f"{config.out}: {', '.join(contents(config.out))}", soft_wrap=True)
 
@@ -164,18 +162,26 @@ class Question(Generic[Asked, Result]):
 
     def __call__(self, config: Asked) -> Result:
         """Return the result, printed."""
-        if not config.json:
-            show_differences(config.robot_of())
+        robot = config.robot_of()
         result = self.run(config)
         if config.json:
             print(to_json(self.content(result)))
-            return result
-        out = console()
-        for table in self.tables(result):
-            if table.rows:
-                out.print(table.render())
-        out.print(self.verdict(result), soft_wrap=True, end="")
+        else:
+            show_differences(robot)
+            self.show(result, console())
         return result
+
+    def show(self, result: Result, out: Console) -> None:
+        """Print the tables and the verdict."""
+        show_tables(self.tables(result), out)
+        out.print(self.verdict(result), soft_wrap=True, end="")
+
+
+def show_tables(tables: Sequence[Table], out: Console) -> None:
+    """Print the tables that are for reading."""
+    for table in tables:
+        if table.columns and table.rows:
+            out.print(table.render())
 
 
 def contents(folder: Path) -> list[str]:

@@ -8,10 +8,8 @@ The folder appears only when everything in it is written, and replaces nothing b
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import importlib.metadata
-import io
 import json
 import os
 import platform
@@ -22,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from flexsim.errors import RunError
-from flexsim.numerics.atomic import write_text
 from flexsim.numerics.cleanup import committing, undone
 from flexsim.numerics.scratch import NEW, OLD, scratch
 from studies.core.marker import require_ours, sign
@@ -117,15 +114,6 @@ def write_config(folder: Path, config: Any, **more: Any) -> None:
         **more,
     }
     (folder / CONFIG).write_text(json.dumps(content, indent=2, default=str) + "\n")
-
-
-def write_rows(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    """Write rows as CSV with a header; None becomes an empty field."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_text(path, text.getvalue(), "the table")
 
 
 def to_json(content: Any) -> str:

@@ -24,8 +24,6 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from controllers import TUNED, Controller
 from flexsim.arm.parameters import Parameters
@@ -33,6 +31,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.runs import evaluate, thread_count
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.jit import jit
 from flexsim.numerics.mujoco_c import mj_step, quiet_warnings
 from flexsim.numerics.types import Array
@@ -40,8 +39,9 @@ from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.mujoco_steps import Workspaces
-from studies.core.folder import to_json
-from studies.core.options import RobotOptions, show_differences
+from studies.core.carry_out import Question
+from studies.core.options import RobotOptions
+from studies.core.table import Column, Table
 from studies.core.timing import least_cost
 from studies.tuning.genetic import GeneticSettings
 from studies.tuning.individuals import MS_PER_S, ControllerDesign
@@ -103,7 +103,7 @@ def closed_loop_run(
 ) -> Callable[[], float]:
     """Return a function that runs the closed loop and gives simulated milliseconds."""
     ref = started(plant.parameters, seconds)
-    filters = [TUNED[TASK].filters(1e-3)] * population
+    filters = [TUNED[TASK].filters(PERIOD)] * population
 
     def once() -> float:
         outcome = evaluate(plant, setting("print"), ref, filters, threads=threads)
@@ -228,41 +228,62 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     )
 
 
-def _cost_table(result: BenchmarkResult) -> Table:
-    table = Table(title="Cost of a simulated millisecond, per core", title_justify="left")
-    table.add_column("loop")
-    table.add_column("us", justify="right")
-    table.add_column("of bare mj_step", justify="right")
+@dataclass(frozen=True)
+class CostRow:
+    """A loop's microseconds per simulated millisecond, and as a share of bare `mj_step`s."""
+
+    loop: str
+    us: float
+    share: float
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """The paper's budget of simulations on a plant, as `tuning_budget` has it."""
+
+    plant: str
+    budget: dict[str, float]
+
+
+COSTS = (Column("loop"), Column("us", form=".3f"), Column("share", "of bare mj_step", form=".3f"))
+BUDGETS = (
+    Column("plant"),
+    Column("simulations", form=".0f"),
+    Column("seconds", "all threads", "s", ".1f"),
+    Column("ratio", "of one thread's\ncost / threads", "", ".3f"),
+    Column("ratio_threaded", "of all\nthreads' cost", "", ".3f"),
+)
+
+
+def tables(result: BenchmarkResult) -> list[Table]:
+    """Return the costs of the loops, and of tuning."""
     bare = result.us_per_ms["bare_mj_step"]
-    for name, cost in result.us_per_ms.items():
-        table.add_row(name, f"{cost:.3f}", f"{cost / bare:.3f}")
-    return table
+    costs = [CostRow(loop, us, us / bare) for loop, us in result.us_per_ms.items()]
+    budgets = [
+        BudgetRow(plant.replace("_", " "), each) for plant, each in result.tuning_budget.items()
+    ]
+    return [
+        Table(costs, COSTS, "Cost of a simulated millisecond, per core"),
+        Table(budgets, BUDGETS, f"Tuning, simulations of {WHOLE:g} s"),
+    ]
 
 
-def command(config: BenchmarkConfig) -> None:
-    """Print the costs."""
-    if not config.json:
-        show_differences(config.robot_of())
-    result = run(config)
-    if config.json:
-        print(to_json(vars(result)))
-        return
-    console = Console(highlight=False)
-    console.print(_cost_table(result))
+def verdict(result: BenchmarkResult) -> str:
+    """Return in words how cost goes with size and threads."""
+    lines = []
     if result.by_modes:
         modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())
-        console.print(f"Assumed modes, us by number of modes: {modes}")
         chains = ", ".join(f"N = {n}: {cost:.1f}" for n, cost in result.by_segments.items())
-        console.print(f"Chain, us by segments (steps of 0.5 ms above N = 8): {chains}")
+        lines += [
+            f"Assumed modes, us by number of modes: {modes}",
+            f"Chain, us by segments (steps of 0.5 ms above N = 8): {chains}",
+        ]
     for count, costs in result.by_threads.items():
-        console.print(
+        lines.append(
             f"{count} thread(s), {POPULATION} controllers, us per core: assumed modes "
             f"{costs['assumed_modes']:.2f}, chain {costs['chain']:.1f}"
         )
-    for plant, budget in result.tuning_budget.items():
-        console.print(
-            f"Tuning, {budget['simulations']} simulations of {WHOLE:g} s, "
-            f"{plant.replace('_', ' ')}: {budget['seconds']:.1f} s on all threads, "
-            f"{budget['ratio']:.3f} of one thread's cost / threads, "
-            f"{budget['ratio_threaded']:.3f} of all threads' cost"
-        )
+    return "\n".join([*lines, ""])
+
+
+command = Question(run, tables, verdict, vars)

@@ -10,10 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import mujoco
-from rich import box
-from rich.console import Console, Group
-from rich.table import Table
-from rich.text import Text
 
 from flexsim.arm.beam import modal_integrals
 from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
@@ -23,8 +19,10 @@ from flexsim.mjcf.chain_file import highest_frequency
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
 from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
+from flexsim.robot import MODES, SEGMENTS
+from studies.core.console import console
+from studies.core.table import Column, Table
 
-MODES = 3  # compared with the beam's
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
 
 
@@ -34,7 +32,7 @@ class ChainConfig:
 
     out: Path
     """MJCF file to write; its name ends in .xml."""
-    segments: int = 6
+    segments: int = SEGMENTS
     """Number of hinged segments: 3 to 16, or 3 to 200 when plain."""
     timestep: float = 1e-3
     """Physics step of the file [s]; RK4 needs it below 2.8 over the highest frequency."""
@@ -100,11 +98,10 @@ def command(config: ChainConfig) -> None:
     if config.json:
         print(json.dumps(as_dict(result), allow_nan=False))
         return
-    console = Console()
     kind = "plain" if config.plain else "tuned"
-    title = Text(f"{path}: {kind} chain of {config.segments} segments")
-    console.print(title, soft_wrap=True)  # a long path stays whole
-    console.print(Group(_modes(result), *_remarks(result)))
+    out = console()
+    out.print(f"{path}: {kind} chain of {config.segments} segments", soft_wrap=True)  # path whole
+    out.print(table(result).render())
 
 
 def as_dict(result: ChainResult) -> dict[str, object]:
@@ -130,31 +127,42 @@ def as_dict(result: ChainResult) -> dict[str, object]:
     }
 
 
-def _modes(result: ChainResult) -> Table:
-    """Return a row per clamped mode: frequencies, errors and MAC."""
-    design = result.design
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0), caption="errors in percent")
-    for heading in ("mode", "beam [Hz]", "chain [Hz]", "error", "Phi", "moment", "tip", "MAC"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for i in range(MODES):
-        couplings = (design.Phi_error[i], design.moment_error[i], design.tip_error[i])
-        table.add_row(
-            str(i + 1),
-            f"{result.beam_frequency[i] / (2 * math.pi):.5f}",
-            f"{design.frequency[i] / (2 * math.pi):.5f}",
-            f"{round(100 * design.frequency_error[i], 4) + 0.0:+.4f}",
-            *(f"{100 * error:+.4f}" for error in couplings),
-            f"{design.mac[i]:.4f}",
-        )
-    return table
+@dataclass(frozen=True)
+class ModeRow:
+    """One clamped mode: frequencies [Hz], relative errors of the chain's, MAC [-]."""
+
+    mode: int
+    beam: float
+    chain: float
+    frequency: float
+    Phi: float
+    moment: float
+    tip: float
+    MAC: float
 
 
-def _remarks(result: ChainResult) -> tuple[str, ...]:
+COLUMNS = (
+    Column("mode", form="d"),
+    Column("beam", unit="Hz", form=".5f"),
+    Column("chain", unit="Hz", form=".5f"),
+    Column("frequency", "error", "%", lambda row: f"{round(100 * row.frequency, 4) + 0.0:+.4f}"),
+    *(Column(name, unit="%", form="+.4f", scale=100) for name in ("Phi", "moment", "tip")),
+    Column("MAC", form=".4f"),
+)
+
+
+def table(result: ChainResult) -> Table:
+    """Return a row per clamped mode: frequencies, errors and MAC; below, what else there is."""
     design = result.design
-    return (
-        f"largest error of a coupling (Phi, moment): {100 * design.coupling_error:.4f} %",
-        f"static deflection under a force at the tip: {100 * design.compliance_error:+.4f} %",
-        f"highest frequency with free joints: {result.highest_frequency:.0f} rad/s",
+    hertz = (omega[:MODES] / (2 * math.pi) for omega in (result.beam_frequency, design.frequency))
+    errors = (design.frequency_error, design.Phi_error, design.moment_error, design.tip_error)
+    columns = zip(*hertz, *errors, design.mac, strict=False)
+    note = (
+        f"largest error of a coupling (Phi, moment): {100 * design.coupling_error:.4f} %\n"
+        f"static deflection under a force at the tip: {100 * design.compliance_error:+.4f} %\n"
+        f"highest frequency with free joints: {result.highest_frequency:.0f} rad/s\n"
         f"RK4 is stable up to {1e3 * result.longest_step:.3g} ms; "
-        f"the file has {1e3 * result.config.timestep:g} ms",
+        f"the file has {1e3 * result.config.timestep:g} ms"
     )
+    rows = [ModeRow(i, *map(float, each)) for i, each in enumerate(columns, 1)]
+    return Table(rows, COLUMNS, note=note)

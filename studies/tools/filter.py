@@ -9,12 +9,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from rich.console import Console, Group
-from rich.table import Table
-from rich.text import Text
 
 from controllers import Array, frequency_response, operator, response_error
 from controllers.errors import ControllerError, check_finite
+from studies.core.console import console
+from studies.core.table import Column, Table
 
 FREQUENCIES = 12
 """Number of frequencies shown."""
@@ -93,13 +92,9 @@ def command(config: FilterConfig) -> None:
     result = run(config)
     if config.json:
         print(json.dumps(as_dict(result), allow_nan=False))
-    else:
-        heading = (
-            f"{config.gain:g} D^{config.order:g}, {config.realisation}, "
-            f"{config.terms} terms, T = {config.period:g} s"
-        )
-        against = f"Response, and its error against {config.gain:g} (j omega)^{config.order:g}"
-        Console().print(Group(heading, _coefficients(result), against, _errors(result)))
+        return
+    for table in tables(result):
+        console().print(table.render())
 
 
 def as_dict(result: FilterResult) -> dict[str, object]:
@@ -124,33 +119,52 @@ def _listed(values: Array) -> list[float | None]:
     return [float(x) if math.isfinite(x) else None for x in values]
 
 
-def _coefficients(result: FilterResult) -> Table:
-    table = Table()
-    for heading in ("delay", "b", "a"):
-        table.add_column(Text(heading), justify="right")
-    for i in range(max(result.b.size, result.a.size)):
-        b, a = (f"{c[i]:.10g}" if i < c.size else "" for c in (result.b, result.a))
-        table.add_row(f"z^-{i}", b, a)
-    return table
+@dataclass(frozen=True)
+class TapRow:
+    """Coefficients at a delay, None beyond the last."""
+
+    delay: str
+    b: float | None
+    a: float | None
 
 
-def _errors(result: FilterResult) -> Table:
-    table = Table()
-    for heading in (
-        "f [Hz]",
-        "omega [rad/s]",
-        "magnitude [dB]",
-        "error [dB]",
-        "phase error [deg]",
-    ):
-        table.add_column(Text(heading), justify="right")
+@dataclass(frozen=True)
+class ResponseRow:
+    """The response at a frequency, and its errors."""
+
+    hertz: float
+    omega: float
+    magnitude_db: float
+    magnitude_error_db: float
+    phase_error_deg: float
+
+
+TAPS = (
+    Column("delay"),
+    Column("b", form=".10g", missing=""),
+    Column("a", form=".10g", missing=""),
+)
+RESPONSE = (
+    Column("hertz", "f", "Hz", ".4g"),
+    Column("omega", "omega", "rad/s", ".4g"),
+    Column("magnitude_db", "magnitude", "dB", ".3f"),
+    Column("magnitude_error_db", "error", "dB", "+.3f"),
+    Column("phase_error_deg", "phase error", "deg", "+.2f"),
+)
+
+
+def tables(result: FilterResult) -> list[Table]:
+    """Return coefficients, and the response with its errors."""
+    c = result.config
+    heading = f"{c.gain:g} D^{c.order:g}, {c.realisation}, {c.terms} terms, T = {c.period:g} s"
+    against = f"Response, and its error against {c.gain:g} (j omega)^{c.order:g}"
+    taps = [
+        TapRow(f"z^-{i}", *(float(x[i]) if i < x.size else None for x in (result.b, result.a)))
+        for i in range(max(result.b.size, result.a.size))
+    ]
     columns = (result.omega, result.magnitude_db, result.magnitude_error_db, result.phase_error_deg)
-    for omega, magnitude, error, phase in zip(*columns, strict=True):
-        table.add_row(
-            f"{omega / (2.0 * math.pi):.4g}",
-            f"{omega:.4g}",
-            f"{magnitude:.3f}",
-            f"{error:+.3f}",
-            f"{phase:+.2f}",
-        )
-    return table
+    responses = [
+        ResponseRow(float(omega) / (2 * math.pi), float(omega), *map(float, figures))
+        for omega, *figures in zip(*columns, strict=True)
+    ]
+    return [Table(taps, TAPS, heading), Table(responses, RESPONSE, against)]

@@ -6,19 +6,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.table import Table
 
 from flexsim.errors import RunError
 from flexsim.numerics.atomic import write_text
 from flexsim.numerics.types import Array
 from flexsim.recording.tuning_rrd import write_convergence
-from studies.core.figures import DPI, FONT, finish, save
-from studies.core.folder import to_json, write_rows
+from studies.core.figures import BLUE, FONT, GREEN, ORANGE, canvas, finish, save
+from studies.core.folder import to_json
+from studies.core.table import Column, Table
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import in_si
@@ -27,32 +28,34 @@ from studies.tuning.problem import Tuning
 RESULT = "result.json"
 TABLE, RECORDING = "convergence.csv", "convergence.rrd"
 FIGURE = "figures/convergence.png"
-SIZE = (16.0, 9.0)  # [in], 1600 px wide
-BEST, MEDIAN, STABLE = "#0072B2", "#E69F00", "#009E73"  # Okabe and Ito's
 
 
-def convergence(search: Search) -> list[dict[str, Any]]:
-    """Return a row per generation.
+@dataclass(frozen=True)
+class GenerationRow:
+    """A search after one of its generations.
 
-    Returns:
-        generation; evaluations so far; best so far and median of the population's indices
-        [m2 s], inf where diverged; stable_share of the population.
+    Attributes:
+        evaluations: so far. best: so far, median: of the population, of the index (5) [m2 s], inf
+            where diverged. stable_share: of the population.
     """
-    rows: list[dict[str, Any]] = []
+
+    generation: int
+    evaluations: int
+    best: float
+    median: float
+    stable_share: float
+
+
+def course(search: Search) -> list[GenerationRow]:
+    """Return a row per generation."""
+    rows: list[GenerationRow] = []
     best, evaluations = np.inf, 0
     for each in search.generations:
         best = min(best, float(each.indices.min()))
         evaluations += each.evaluated
         ordered = np.sort(each.indices)
-        rows.append(
-            {
-                "generation": each.number,
-                "evaluations": evaluations,
-                "best": best,
-                "median": float(ordered[(len(ordered) - 1) // 2]),  # the lower, never inf - inf
-                "stable_share": each.stable_share,
-            }
-        )
+        median = float(ordered[(len(ordered) - 1) // 2])  # the lower, never inf - inf
+        rows.append(GenerationRow(each.number, evaluations, best, median, each.stable_share))
     return rows
 
 
@@ -82,38 +85,29 @@ def _named(parameters: Array | None) -> dict[str, float] | None:
     return dict(zip(NAMES, parameters.tolist(), strict=True))
 
 
-def convergence_figure(search: Search, title: str, path: Path) -> None:
-    """Write individuals, median and best index, and the stable share, over generations.
-
-    Args:
-        search: as named. title: of the figure.
-        path: the PNG to write; a file already there is replaced.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    rows = convergence(search)
-    column = {name: np.array([row[name] for row in rows], float) for name in rows[0]}
+def course_figure(search: Search, title: str) -> Figure:
+    """Return individuals, median and best index, and the stable share, over generations."""
+    rows = course(search)
+    column = {name: np.array([getattr(row, name) for row in rows], float) for name in vars(rows[0])}
     shown = {name: np.where(np.isfinite(c), c, np.nan) for name, c in column.items()}
     generation = column["generation"]
-    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    figure, panels = canvas(2, 1, height=9.0, sharex=True, height_ratios=[2, 1])
+    upper, lower = panels.ravel()
     if search.best_parameters is not None:
         numbers = np.concatenate([np.full(len(g.indices), g.number) for g in search.generations])
         indices = np.concatenate([each.indices for each in search.generations])
         held = np.isfinite(indices)
         upper.plot(numbers[held], indices[held], ".", color="0.75", markersize=4, label="stable")
-        upper.plot(generation, shown["median"], color=MEDIAN, linewidth=1.8, label="median of all")
-        upper.plot(generation, shown["best"], color=BEST, linewidth=2.6, label="best so far")
+        upper.plot(generation, shown["median"], color=ORANGE, linewidth=1.8, label="median of all")
+        upper.plot(generation, shown["best"], color=BLUE, linewidth=2.6, label="best so far")
         upper.set_yscale("log")
         upper.legend(fontsize=FONT, frameon=False)
     else:
         upper.text(0.5, 0.5, "every individual diverged", ha="center", transform=upper.transAxes)
     upper.set(ylabel="index (5) [m² s]", title=title)
-    lower.plot(generation, 100 * column["stable_share"], color=STABLE, linewidth=2.0)
+    lower.plot(generation, 100 * column["stable_share"], color=GREEN, linewidth=2.0)
     lower.set(xlabel="generation", ylabel="stable [%]", ylim=(0, 105))
-    finish(figure, [upper, lower])
-    save(figure, path)
+    return finish(figure, [upper, lower])
 
 
 def described(tuning: Tuning) -> str:
@@ -142,15 +136,16 @@ def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> No
     Raises:
         RunError: a file cannot be written.
     """
-    rows = convergence(search)
+    rows = course(search)
     best, median, stable = (
-        np.array([row[name] for row in rows], float) for name in ("best", "median", "stable_share")
+        np.array([getattr(row, name) for row in rows], float)
+        for name in ("best", "median", "stable_share")
     )
     about = {name: str(value) for name, value in vars(tuning).items()}
     try:
-        write_rows(folder / TABLE, rows)
+        Table(rows).write_csv(folder / TABLE)
         (folder / FIGURE).parent.mkdir(exist_ok=True)
-        convergence_figure(search, described(tuning), folder / FIGURE)
+        save(course_figure(search, described(tuning)), folder / FIGURE)
         write_convergence(folder / RECORDING, "index (5) [m2 s]", best, median, stable, about)
         write_text(folder / RESULT, _result_text(search, scenarios))
     except RunError:
@@ -159,18 +154,28 @@ def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> No
         raise RunError(f"{folder}: cannot write the results: {error.strerror}") from None
 
 
-def result_table(search: Search) -> Table | None:
-    """Return the best parameters in Table 1's units and in SI, or None if all diverged."""
+@dataclass(frozen=True)
+class ParameterRow:
+    """One parameter in Table 1's units and in SI."""
+
+    name: str
+    milliseconds: float
+    si: float
+
+
+PARAMETERS = (
+    Column("name", ""),
+    Column("milliseconds", "time in ms", form=".6g"),
+    Column("si", "SI", form=".6g"),
+)
+
+
+def result_table(search: Search) -> Table:
+    """Return the best parameters in Table 1's units and in SI, none if all diverged."""
     best = search.best_parameters
-    if best is None:
-        return None
-    table = Table(title="Best parameters", title_justify="left")
-    table.add_column("")
-    table.add_column("time in ms", justify="right")
-    table.add_column("SI", justify="right")
-    for name, drawn, si in zip(NAMES, best, in_si(best[None])[0], strict=True):
-        table.add_row(name, f"{drawn:.6g}", f"{si:.6g}")
-    return table
+    pairs = [] if best is None else zip(NAMES, best, in_si(best[None])[0], strict=True)
+    rows = [ParameterRow(name, float(drawn), float(si)) for name, drawn, si in pairs]
+    return Table(rows, PARAMETERS, "Best parameters")
 
 
 def as_json(search: Search, scenarios: int, run: Path, more: Mapping[str, Any]) -> str:

@@ -18,11 +18,11 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any, Literal
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.errors import ParameterError
 from flexsim.robot import Robot
+from studies.core.console import console
 from studies.core.ending import NOTHING_KEPT, saying
 from studies.core.options import ROBOT_FILE, NameOptions, show_differences
 from studies.core.study_options import check_threads
@@ -215,14 +215,12 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
 @contextmanager
 def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
     """Give a function that shows each new generation on the terminal."""
-    console = Console(stderr=True)
+    out = console(stderr=True)
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}"))
     most = tune_folder.most_generations(record.tuning)
     best = min((float(each.indices.min()) for each in record.generations), default=float("inf"))
     ran, started = 0, time.perf_counter()
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
+    with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as bar:
         task = bar.add_task("compiling", total=most, completed=len(record.generations))
 
         def show(new: Generation) -> None:
@@ -294,12 +292,11 @@ def command(config: TuneConfig) -> None:
         more = {"screened": vars(tally)} if tally else {}
         print(tune_report.as_json(search, len(problem.scenarios), folder, more))
         return
-    out = Console(highlight=False)
+    out = console()
     out.print(tune_report.summary(search), soft_wrap=True)
     if tally:
         out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")
-    table = tune_report.result_table(search)
-    if table is not None:
-        out.print(table)
+    if (table := tune_report.result_table(search)).rows:
+        out.print(table.render())
     left = f"{tune_folder.GENERATIONS}, convergence.csv, figures/, convergence.rrd"
     out.print(f"{folder}: {left}", soft_wrap=True)

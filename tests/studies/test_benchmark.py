@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-
 import pytest
 
 from controllers import TUNED
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters
 from studies.core.timing import least_cost
-from studies.tools import benchmark
 from studies.tools.benchmark import (
     BenchmarkConfig,
     BenchmarkResult,
@@ -20,6 +16,7 @@ from studies.tools.benchmark import (
     command,
     generation_run,
     run,
+    tables,
     tuning_budget,
 )
 from studies.tuning.individuals import ControllerDesign
@@ -67,16 +64,12 @@ def test_seconds_out_of_range(seconds: float) -> None:
         run(BenchmarkConfig(seconds=seconds))
 
 
-def test_table_states_ratios(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_table_states_ratios() -> None:
     figures = {"chain_1": 23.0, "bare_mj_step": 20.0}
     made = BenchmarkResult(figures, {3: 0.5}, {6: 20.0}, {1: {"assumed_modes": 1.0, "chain": 2.0}})
-    monkeypatch.setattr(benchmark, "run", lambda config: made)
-    command(BenchmarkConfig())
-    lines: Iterator[str] = iter(capsys.readouterr().out.splitlines())
-    rows = {row.split()[1]: row for row in lines if row.startswith("│")}
-    assert "1.150" in rows["chain_1"] and "1.000" in rows["bare_mj_step"]
+    costs = tables(made)[0]
+    rows = [costs.cells(line) for line in costs.lines()]
+    assert rows == [["chain_1", "23.000", "1.150"], ["bare_mj_step", "20.000", "1.000"]]
 
 
 def test_generations_are_near_the_tuned_controller_and_run_to_the_end() -> None:
@@ -104,14 +97,9 @@ def test_tuning_budget_divides_by_what_it_says() -> None:
     assert found["assumed_modes"]["seconds"] == pytest.approx(2 * found["chain"]["seconds"])
 
 
-def test_budget_is_stated(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_budget_is_stated() -> None:
     budget = {"simulations": 4406, "seconds": 61.25, "ratio": 1.125, "ratio_threaded": 1.05}
     made = BenchmarkResult({"bare_mj_step": 20.0}, {}, {}, {}, {"chain": budget})
-    monkeypatch.setattr(benchmark, "run", lambda config: made)
-    command(BenchmarkConfig())
-    said = " ".join(capsys.readouterr().out.split())
-    assert "4406 simulations of 5 s, chain: 61.2 s on all threads, 1.125 of" in said
-    command(BenchmarkConfig(json=True))
-    assert json.loads(capsys.readouterr().out)["tuning_budget"]["chain"] == budget
+    stated = tables(made)[1]
+    assert stated.cells(stated.rows) == ["chain", "4406", "61.2", "1.125", "1.050"]
+    assert command.content(made)["tuning_budget"]["chain"] == budget

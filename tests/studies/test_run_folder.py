@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import os
@@ -17,7 +16,7 @@ from processes import PATIENCE, flexsim, wait_for
 from flexsim import RunError
 from flexsim.numerics.scratch import NEW
 from studies.core.ending import TERMINATED
-from studies.core.folder import CONFIG, run_folder, to_json, versions, write_config, write_rows
+from studies.core.folder import CONFIG, run_folder, to_json, versions, write_config
 from studies.core.marker import MARKER
 
 
@@ -211,15 +210,6 @@ def test_config_names_what_made_the_run(tmp_path: Path) -> None:
     assert content["command"][0] == "flexsim"
     assert content["versions"] == versions()
     assert all(text[0].isdigit() for name, text in versions().items() if name != "platform")
-
-
-def test_rows_read_back_to_the_same_doubles(tmp_path: Path) -> None:
-    rows = [{"x": 0.1 + 0.2, "name": "a,b", "none": None}, {"x": 1e-300, "name": "c", "none": 1}]
-    write_rows(tmp_path / "rows.csv", rows)
-    with (tmp_path / "rows.csv").open(newline="") as file:
-        back = list(csv.DictReader(file))
-    assert [float(row["x"]) for row in back] == [row["x"] for row in rows]
-    assert back[0]["name"] == "a,b" and back[0]["none"] == ""
 
 
 def test_json_is_strict() -> None:

@@ -1,0 +1,114 @@
+"""What all studies share: options checked once, a quick run, one object for programs."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+from quick_run import QuickRun
+
+from flexsim import FlexsimError, ParameterError
+from studies.core.carry_out import Study
+from studies.core.study_options import Out, SeedOptions, StudyOptions, ThreadOptions
+from studies.core.table import Column, Table
+from studies.main import COMMANDS, main
+
+STUDIES = (
+    *("compare", "ladder", "misprints", "pid-question", "realisations", "reconstruct"),
+    *("screening", "stability", "tables"),
+)
+SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam")
+
+
+@dataclasses.dataclass(frozen=True)
+class Options(ThreadOptions, SeedOptions, StudyOptions):
+    QUICK: ClassVar = {"perturbations": 2, "plants": 1}
+
+    out: Out = Path("runs/test")
+    plants: tuple[str, ...] = ("a", "b")
+    perturbations: int = 5
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    x: float
+
+
+STUDY: Study[Options, list[Row]] = Study(
+    lambda config, progress: [Row(float(config.asked().perturbations))],
+    lambda rows: [Table(rows, (Column("x", form="g"),), key="rows", file="rows.csv")],
+    lambda rows: f"x is {rows[0].x:g}.",
+    facts=lambda rows: {"count": len(rows)},
+)
+
+
+def test_a_study_writes_and_tells_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = Options(out=tmp_path / "run", quick=True, json=True)
+    STUDY(config)
+    shown = json.loads(capsys.readouterr().out)
+    assert shown == {"rows": [{"x": 2.0}], "count": 1, "run": str(config.out)}
+    assert (config.out / "rows.csv").read_text() == "x\n2.0\n"
+    about = json.loads((config.out / "config.json").read_text())
+    assert about["configuration"]["perturbations"] == 5
+    assert about["ran"]["perturbations"] == 2 and about["count"] == 1
+    STUDY(dataclasses.replace(config, json=False, force=True))
+    assert capsys.readouterr().out.splitlines()[-2:] == ["x is 2.", f"{config.out}: rows.csv"]
+
+
+def test_quick_cuts_numbers_and_lists_but_raises_none() -> None:
+    asked = Options(quick=True).asked()
+    assert (asked.perturbations, asked.plants) == (2, ("a",))
+    assert Options(quick=True, perturbations=1).asked().perturbations == 1
+    assert Options() == Options().asked()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"perturbations": 0}, "perturbations is 0; give 1 or more"),
+        ({"seed": -1}, "seed is -1; give 0 or more"),
+        ({"threads": 0}, "threads is 0; give 1 to"),
+        ({"plants": ("a", "a")}, "plants are a a; name each once"),
+        ({"plants": ()}, "plants are empty; name each once"),
+    ],
+)
+def test_shared_options_are_checked_in_one_place(wrong: dict[str, Any], words: str) -> None:
+    for quick in (False, True):
+        with pytest.raises(ParameterError, match=words):
+            Options(quick=quick, **wrong).asked()
+
+
+def test_nothing_stays_of_a_study_that_fails(tmp_path: Path) -> None:
+    with pytest.raises(FlexsimError):
+        STUDY(Options(out=tmp_path / "run", seed=-1))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_every_study_has_the_shared_options(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(option in text for option in SHARED)
+    assert "Folder of the run, made anew." in " ".join(text.split())
+
+
+def test_studies_are_those_with_a_quick_run(capsys: pytest.CaptureFixture[str]) -> None:
+    found = []
+    for command in COMMANDS:
+        assert main([command, "--help"]) == 0
+        if "--quick" in capsys.readouterr().out:
+            found.append(command)
+    assert sorted(found) == sorted(STUDIES)
+
+
+def test_a_run_says_where_its_recording_is_seen(quick: Callable[[str], QuickRun]) -> None:
+    run = quick("stability")
+    assert run.text.splitlines()[-1] == f"{run.folder}: figures/, results.csv, screens.csv"
