@@ -22,6 +22,7 @@ from flexsim.numerics.types import Array
 from flexsim.robot import MODES, SEGMENTS
 from studies.core.console import console
 from studies.core.table import Column, Table
+from studies.core.text import spelled
 
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
 
@@ -100,7 +101,8 @@ def command(config: ChainConfig) -> None:
         return
     kind = "plain" if config.plain else "tuned"
     out = console()
-    out.print(f"{path}: {kind} chain of {config.segments} segments", soft_wrap=True)  # path whole
+    title = f"{spelled(path)}: {kind} chain of {config.segments} segments"
+    out.print(title, soft_wrap=True)  # a long path stays whole
     out.print(table(result).render())
 
 
