@@ -22,7 +22,13 @@ from flexsim.errors import ParameterError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import without_damping
-from flexsim.numerics.step_limits import POSES, fastest_decay, halved, longest_rk4_step
+from flexsim.numerics.step_limits import (
+    POSES,
+    fastest_decay,
+    halved,
+    longest_rk4_step,
+    longest_step,
+)
 from flexsim.numerics.types import Array
 from flexsim.plants import assumed_modes
 from flexsim.plants.assumed_modes import AssumedModes
@@ -127,6 +133,16 @@ class AssumedModesPlant:
     def longest_step(self) -> float:
         """Step below which RK4 is stable near rest [s]."""
         return longest_rk4_step(self.highest_frequency, self.fastest_decay)
+
+    def longest_held_step(self, friction: tuple[float, float]) -> float:
+        """Return the step below which RK4 is stable near rest, friction held over it [s].
+
+        friction: of the motors' torques, the steepest [N m s/rad].
+        """
+        linear = [self.linearised(float(pose)) for pose in POSES]
+        at_start = np.zeros_like(linear[0].D)
+        at_start[[0, 1], [0, 1]] = friction * np.diag(linear[0].S[:2])
+        return longest_step("RK4", [(each.M, each.D, each.K) for each in linear], at_start)
 
     @cached_property
     def drawn(self) -> tuple[Array, Array]:
