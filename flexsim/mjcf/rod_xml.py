@@ -39,7 +39,7 @@ from flexsim.mjcf.arm_xml import (
     sensors,
     worldbody,
 )
-from flexsim.numerics.step_limits import RK4_LIMIT
+from flexsim.numerics.step_limits import RK4_LIMIT, halved
 from flexsim.numerics.types import Array
 
 ELEMENTS = 14  # unless told otherwise: the most that RK4 takes at 0.5 ms
@@ -52,7 +52,6 @@ RADIUS = 0.0025  # [m] drawn 5 mm thick like the chain; EI is young times pi rad
 POINT_INERTIA = 1e-14  # [kg m2] a body must have some; these add up to 1e-11 of the beam's
 EDGE_SOLIMP = "0.9999 0.9999 0.001"  # the hardest that MuJoCo allows
 EDGE_STEPS = 2.0  # time constant of the edges in steps, the shortest that MuJoCo allows
-LONGEST_STEP = 1e-3  # [s] the control period of the paper
 WIDTH = 98  # characters of a row of numbers
 SLIDES = """\
       <!-- a vertex slides along the hub's axis and across it -->
@@ -113,10 +112,7 @@ def stable_rod_step(parameters: Parameters, elements: int) -> float:
     """Return 1 ms, halved until RK4 can take the rod [s]."""
     h = rod_layout(parameters, elements).length
     fastest = 4 / h**2 * math.sqrt(parameters.EI / parameters.rho)  # [rad/s] a zigzag
-    step = LONGEST_STEP
-    while step * FREE_OVER_CLAMPED * fastest >= RK4_LIMIT:
-        step /= 2
-    return step
+    return halved(RK4_LIMIT / (FREE_OVER_CLAMPED * fastest))
 
 
 def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | None = None) -> str:

@@ -56,13 +56,13 @@ def solve(matrix: ArrayLike, right: ArrayLike) -> Array:
     b = np.asarray(right, dtype=float)
     a = np.array(matrix, dtype=float, order="C")
     x = np.array(b.reshape(len(a), -1), order="C")
-    if not _eliminate(a, x):
+    if not eliminate(a, x):
         raise ModelError(f"a matrix of {len(a)} rows is singular; check masses and stiffnesses")
     return x.reshape(b.shape)
 
 
 @jit
-def _eliminate(a: Array, x: Array) -> bool:
+def eliminate(a: Array, x: Array) -> bool:
     """Solve a (n, n) x = x (n, k) in place of both; return whether there was a solution."""
     n = a.shape[0]
     for p in range(n):

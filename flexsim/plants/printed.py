@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexsim.numerics.dense import eliminate
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
@@ -156,7 +157,10 @@ def printed_acceleration(
     right[0] += p.r_1 * tau_1 - p.F_1 * w[0]
     right[1] += p.r_2 * tau_2 - p.F_2 * w[1]
     right[2:] -= printed_stiffness(p, q, w) @ q[2:] + p.damping @ w[2:]
-    a[:] = np.linalg.solve(printed_mass(p, q), right)
+    for i in range(right.shape[0]):
+        a[i] = right[i]
+    if not eliminate(printed_mass(p, q), a.reshape(a.shape[0], 1)):
+        a[:] = np.nan  # a motion that has run away, which the loop sees
 
 
 @jit

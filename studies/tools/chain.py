@@ -9,14 +9,13 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import mujoco
-
 from flexsim.arm.beam import modal_integrals
 from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import highest_frequency
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
+from flexsim.mjcf.designed import compiled
 from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
 from flexsim.robot import MODES, SEGMENTS
@@ -76,7 +75,7 @@ def run(config: ChainConfig) -> ChainResult:
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
     text = chain_mjcf(parameters, design, config.timestep)
-    omega = highest_frequency(mujoco.MjModel.from_xml_string(text))
+    omega = highest_frequency(compiled(text))
     if config.timestep * omega >= RK4_LIMIT:
         longest = SHOWN_STEP * RK4_LIMIT / omega
         raise ParameterError(
