@@ -17,12 +17,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from flexsim.mjcf.arm_file import ArmFile, Given, Motion, given_text, read_arm, require_stable_step
 from flexsim.mjcf.chain_file import mass_matrix
 from flexsim.mjcf.checks import straight
 from flexsim.mjcf.names import Names
+from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 
@@ -147,5 +147,5 @@ def rod_frequencies(model: mujoco.MjModel, locked: bool = True, theta2: float = 
     qpos[1] = theta2
     moving = moving_across(model)[2 if locked else 0 :]
     take = np.ix_(moving, moving)
-    squared = eigh(rod_stiffness(model)[take], mass_matrix(model, qpos)[take], eigvals_only=True)
+    squared, _ = natural_modes(rod_stiffness(model)[take], mass_matrix(model, qpos)[take])
     return np.sqrt(np.maximum(squared, 0.0))

@@ -39,6 +39,8 @@ from flexsim.mjcf.arm_xml import (
     sensors,
     worldbody,
 )
+from flexsim.numerics.dense import product
+from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.step_limits import RK4_LIMIT, halved
 from flexsim.numerics.types import Array
 
@@ -103,8 +105,8 @@ def rod_layout(parameters: Parameters, elements: int) -> RodLayout:
     mass: Array = p.rho * h * weight
     free = x[1:]
     rest = p.rho * p.L - mass.sum()
-    centre = (p.rho * p.L**2 / 2 - mass @ free) / rest
-    inertia = p.rho * p.L**3 / 3 - mass @ free**2 - rest * centre**2
+    centre = (p.rho * p.L**2 / 2 - product(mass, free)) / rest
+    inertia = p.rho * p.L**3 / 3 - product(mass, free**2) - rest * centre**2
     return RodLayout(h, x, mass, float(rest), float(centre), float(inertia))
 
 
@@ -242,5 +244,5 @@ def bent_vertices(parameters: Parameters, layout: RodLayout) -> Array:
     tributary = np.full(len(x) - 1, h)  # (N,)
     tributary[0] = (0.5 + CLAMP) * h
     slope = np.cumsum(force * (p.L - x[:-1]) * tributary / p.EI)  # (N,) of the edges
-    along = h * np.cumsum(np.cos(slope) - 1)
-    return np.column_stack([along, h * np.cumsum(np.sin(slope))])
+    along = h * np.cumsum(cos(slope) - 1)
+    return np.column_stack([along, h * np.cumsum(sin(slope))])

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -22,6 +23,7 @@ from flexsim.errors import ParameterError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import without_damping
+from flexsim.numerics.dense import product
 from flexsim.numerics.step_limits import (
     POSES,
     fastest_decay,
@@ -173,7 +175,7 @@ class AssumedModesPlant:
         eta = states[:, 2 : 2 + n]
         reached, v = self.deflection(states[:, : 2 + n])
         along, shapes = self.drawn
-        across = eta @ shapes.T  # (K, P)
+        across = product(eta, shapes.T)  # (K, P)
         return Observation(
             joint=states[:, :2].copy(),
             v=v,
@@ -188,7 +190,8 @@ class AssumedModesPlant:
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, n+2) [m]."""
         p, eta = self.coefficients, q[:, 2:]
-        return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
+        shortening = np.sum(product(eta, p.slope) * eta, axis=1) / 2
+        return p.reach - shortening, product(eta, p.tip)
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad]."""
@@ -197,7 +200,7 @@ class AssumedModesPlant:
         pose[1] = theta2
         D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
         if self.printed and self.misprints & SQUARE_46:  # theta1' for its square stays at rest
-            D[2:, 0] = p.L_R * np.sin(theta2) * p.P
+            D[2:, 0] = p.L_R * math.sin(theta2) * p.P
         K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
         S = np.zeros((m, 2))
         S[0, 0], S[1, 1] = p.r_1, p.r_2
