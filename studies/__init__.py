@@ -1,1 +1,9 @@
-"""One module per question: frozen configuration, pure run, thin command."""
+"""One folder per question: configuration, run, tables, figures, and a command.
+
+A room imports only `core` and the rooms before it in `ROOMS`; a test holds that.
+"""
+
+ROOMS = (
+    *("core", "tuning", "parity", "compare", "ladder", "stability", "reconstruct", "misprints"),
+    *("tables", "pid_question", "realisations", "screening", "watch", "tools", "commands", "main"),
+)

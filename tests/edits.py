@@ -1,4 +1,4 @@
-"""Edits of models/chain6.xml that a user makes, as the README shows them: texts by name."""
+"""Edits of models/chain6.xml that a user makes, as models/README.md shows them: texts by name."""
 
 from pathlib import Path
 

@@ -40,14 +40,7 @@ from studies.compare.rows import CompareRow, Comparison
 from studies.core.carry_out import Study, ticker
 from studies.core.paper import CASES, FIGURE_OF, PLANTS, paper_envelopes
 from studies.core.repeats import medians, perturbed
-from studies.core.study_options import (
-    ModelOptions,
-    Out,
-    Perturbations,
-    SeedOptions,
-    StudyOptions,
-    ThreadOptions,
-)
+from studies.core.study_options import LoopOptions, Out, Perturbations
 
 RECORDED_EVERY = 5  # samples; 200 Hz shows the third mode
 MIRRORED, TRUE_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
@@ -55,7 +48,7 @@ FILE_OF = {MIRRORED: "plain", TRUE_TIP: "true_tip", DITHERED: "true_tip_dithered
 
 
 @dataclass(frozen=True)
-class CompareConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+class CompareConfig(LoopOptions):
     """Run the controllers on both plants: table, figures and a recording."""
 
     QUICK: ClassVar = {"perturbations": 2}

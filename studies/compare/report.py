@@ -63,19 +63,21 @@ def tables(result: Comparison) -> list[Table]:
     shown = [Table(result.rows, key="rows", file="results.csv")]
     for group, name in TITLES.items():
         mine = [row for row in result.rows if row.group == group]
-        title = f"{name}, setting {mine[0].setting}: envelope, errors, v in mm, {plants}"
+        title = f"{name}, setting {mine[0].setting}: envelope half-width, errors, v"
+        if group == OURS:
+            title = f"In mm: {plants}\n\n{title}"
         note = f" {group_verdict(mine)}\n"
         line = ("trajectory", "controllers")
         shown.append(Table(mine, COLUMNS, title, note, line=line))
-    return [*shown, _true_tip(result.rows, plants)]
+    return [*shown, _true_tip(result.rows)]
 
 
-def _true_tip(rows: Sequence[CompareRow], plants: str) -> Table:
+def _true_tip(rows: Sequence[CompareRow]) -> Table:
     """Return envelopes by kind of reference, and what the dead zone of joint 2 hides, in mm."""
     return Table(
         true_tip_rows(rows),
         TRUE_TIP_COLUMNS,
-        f"References for the true tip: envelope half-width, its share of the first, {plants}",
+        "References for the true tip: envelope half-width, and its share of the first",
         line=("trajectory", "setting", "reference"),
         section=TRUE_TIP_SECTION,
     )

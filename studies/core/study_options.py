@@ -94,6 +94,11 @@ class ThreadOptions:
     """Threads; all cores unless given. Results do not depend on it."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class LoopOptions(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+    """What a study of closed loops on both plants takes."""
+
+
 def check_threads(threads: int | None) -> None:
     """Refuse a number of threads that there are not, before anything is written."""
     if threads is not None and not 1 <= threads <= thread_count():

@@ -14,16 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from flexsim.recording.traces import kind
-from studies.core.figures import (
-    BLUE,
-    FONT,
-    GREEN,
-    ORANGE,
-    VERMILION,
-    canvas,
-    finish,
-    style,
-)
+from studies.core.figures import BLUE, FONT, GREEN, ORANGE, VERMILION, canvas, finish, style
 from studies.ladder.report import MS, ROUNDING
 from studies.ladder.rows import IntegratorRow, LadderResult, PlantRow, tip
 

@@ -42,13 +42,7 @@ from studies.core.repeats import perturbed
 from studies.core.study_options import Out, StudyOptions, ThreadOptions
 from studies.core.timing import least_cost
 from studies.ladder.figures import figures
-from studies.ladder.integrators import (
-    QUICK_STEPS,
-    STEPS,
-    fine_plant,
-    frequencies,
-    integrator_rows,
-)
+from studies.ladder.integrators import QUICK_STEPS, STEPS, fine_plant, frequencies, integrator_rows
 from studies.ladder.report import facts, mark_fronts, tables, verdict
 from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips, Tracking
 from studies.parity.motions import AMPLITUDES, POSE, trial_torque

@@ -33,16 +33,7 @@ from flexsim.robot import MODES, Robot
 from studies.core.carry_out import Study, counted
 from studies.core.repeats import perturbed
 from studies.core.study_options import ModelOptions, Out, Perturbations, SeedOptions, StudyOptions
-from studies.misprints.report import (
-    DRAWN,
-    LoopDetail,
-    MisprintRow,
-    MisprintsResult,
-    TorqueDetail,
-    figures,
-    tables,
-    verdict,
-)
+from studies.misprints import report
 from studies.parity.motions import AMPLITUDES, BRISK, GENTLE, POSE, trial_torque
 
 FREE_STEP = 0.25e-3  # [s] of free motion, so that RK4's own drift stays below 1e-7
@@ -100,7 +91,7 @@ def free_motion(robot: Robot, misprints: int, start: str, modes: int = MODES) ->
 
 def driven_details(
     name: str, plant: AssumedModesPlant, chains: dict[tuple[str, float], Motion]
-) -> list[TorqueDetail]:
+) -> list[report.TorqueDetail]:
     """Return the rms tip differences to the chain and to the consistent equations, open loop.
 
     Args:
@@ -114,7 +105,7 @@ def driven_details(
         tip = drive(plant, setting("none"), torque, PERIOD, theta).tip
         consistent = drive(right, setting("none"), torque, PERIOD, theta).tip
         apart = rms_distance(tip, chain.tip), rms_distance(tip, consistent)
-        details.append(TorqueDetail(name, f"torques {amplitude}", pose, *apart))
+        details.append(report.TorqueDetail(name, f"torques {amplitude}", pose, *apart))
     return details
 
 
@@ -141,7 +132,7 @@ def apart(first: Array | None, second: Array | None) -> float:
 
 def tracking_details(
     name: str, plant: AssumedModesPlant, config: MisprintsConfig
-) -> list[LoopDetail]:
+) -> list[report.LoopDetail]:
     """Return medians in closed loop: envelopes, rms distance to the consistent model's run.
 
     The gains differ in their fourth digits from run to run, alike for both models. The consistent
@@ -161,13 +152,16 @@ def tracking_details(
                 right = tracked(consistent, reading, ref, [nominal]) * count
             widths = [np.inf if tip is None else envelope_half_width(tip, ref.tip) for tip in tips]
             medians = float(np.median(widths)), float(np.median(list(map(apart, tips, right))))
-            details.append(LoopDetail(name, f"loop {reading}", shape, *medians))
+            details.append(report.LoopDetail(name, f"loop {reading}", shape, *medians))
     return details
 
 
 def summary(
-    name: str, drifts: dict[str, Array], details: list[TorqueDetail | LoopDetail], rank: int
-) -> MisprintRow:
+    name: str,
+    drifts: dict[str, Array],
+    details: list[report.TorqueDetail | report.LoopDetail],
+    rank: int,
+) -> report.MisprintRow:
     """Return one variant's row: the worst of its details, infinite where the loop diverged.
 
     rank: of H, n + 2 where the equations can be solved.
@@ -176,14 +170,14 @@ def summary(
     def worst(case: str, column: str) -> float:
         return max(getattr(row, column) for row in details if row.case == case)
 
-    figures = {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
+    found = {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
     for amplitude in AMPLITUDES:
         for column in ("tip_to_chain", "tip_to_consistent"):
-            figures[f"{column}_{amplitude}"] = worst(f"torques {amplitude}", column)
+            found[f"{column}_{amplitude}"] = worst(f"torques {amplitude}", column)
     for reading in READINGS:
-        figures[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
-        figures[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
-    return MisprintRow(name, rank, **figures)
+        found[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
+        found[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
+    return report.MisprintRow(name, rank, **found)
 
 
 def rank_with_printed_ranges(plant: AssumedModesPlant) -> int:
@@ -195,7 +189,7 @@ def rank_with_printed_ranges(plant: AssumedModesPlant) -> int:
     return int(np.linalg.matrix_rank(H))
 
 
-def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsResult:
+def run(config: MisprintsConfig, progress: Progress | None = None) -> report.MisprintsResult:
     """Return what every misprint costs.
 
     Raises:
@@ -211,17 +205,17 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> MisprintsR
         for amplitude, scale in AMPLITUDES.items()
         for pose in (QUICK_POSES if config.quick else POSES)
     }
-    result = MisprintsResult([], [], {})
+    result = report.MisprintsResult([], [], {})
     for name, switches in counted(progress, "misprints", VARIANTS.items()):
         drifts = {start: free_motion(robot, switches, start, config.modes) for start in STARTS}
         plant = misprinted(robot, switches, config.modes)
-        details: list[TorqueDetail | LoopDetail]
+        details: list[report.TorqueDetail | report.LoopDetail]
         details = [*driven_details(name, plant, chains), *tracking_details(name, plant, config)]
         result.rows.append(summary(name, drifts, details, config.modes + 2))
         result.details.extend(details)
-        result.energy[name] = drifts[DRAWN]
-    result.rows.append(MisprintRow(RANGES, rank_with_printed_ranges(plant)))
+        result.energy[name] = drifts[report.DRAWN]
+    result.rows.append(report.MisprintRow(RANGES, rank_with_printed_ranges(plant)))
     return result
 
 
-command = Study(run, tables, verdict, figures)
+command = Study(run, report.tables, report.verdict, report.figures)

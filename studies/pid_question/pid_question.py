@@ -23,23 +23,8 @@ from rich.progress import Progress
 from flexsim.errors import ParameterError
 from studies.core.carry_out import Study, ticker
 from studies.core.paper import PLANTS
-from studies.core.study_options import (
-    ModelOptions,
-    Out,
-    Population,
-    SeedOptions,
-    StudyOptions,
-    ThreadOptions,
-)
-from studies.pid_question.report import (
-    CaseRow,
-    Names,
-    PidQuestionResult,
-    SearchRow,
-    figures,
-    tables,
-    verdict,
-)
+from studies.core.study_options import LoopOptions, Out, Population
+from studies.pid_question import report
 from studies.tuning.distributions import DISTRIBUTIONS, NAMES, Distribution
 from studies.tuning.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
 from studies.tuning.problem import SEED_MOST, Tuning, distribution_for, problem_of, tune
@@ -52,7 +37,7 @@ DESIGNS = {  # (order, realisation): controller and realisation of `Tuning`
 
 
 @dataclass(frozen=True)
-class PidQuestionConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+class PidQuestionConfig(LoopOptions):
     """Settle what the integer PIDs fail of: their order, realisation or search range."""
 
     QUICK: ClassVar = {
@@ -84,7 +69,7 @@ class PidQuestionConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
 class Case:
     """One row's names, as the table has them, and the tuning they stand for."""
 
-    names: Names
+    names: report.Names
     tuning: Tuning
 
 
@@ -100,7 +85,10 @@ def cases(config: PidQuestionConfig) -> list[Case]:
     if config.seed > SEED_MOST - config.seeds + 1:
         raise ParameterError(f"seed is {config.seed}; give 0 to {SEED_MOST - config.seeds + 1}")
     return [
-        Case(Names(*names, drawn, plant, reading), _tuning(config, design, drawn, plant, reading))
+        Case(
+            report.Names(*names, drawn, plant, reading),
+            _tuning(config, design, drawn, plant, reading),
+        )
         for plant in config.plants
         for reading in config.settings
         for names, design in DESIGNS.items()
@@ -142,11 +130,11 @@ def first_generations(
     ]
 
 
-def search_row(case: Case, seed: int, search: Search) -> SearchRow:
+def search_row(case: Case, seed: int, search: Search) -> report.SearchRow:
     """Return what became of one search."""
     best = search.best_parameters
     found = [None] * len(NAMES) if best is None else best.tolist()
-    return SearchRow(
+    return report.SearchRow(
         names=case.names,
         seed=seed,
         stable_draws=search.generations[0].stable_share,
@@ -157,10 +145,10 @@ def search_row(case: Case, seed: int, search: Search) -> SearchRow:
     )
 
 
-def summary(case: Case, searches: Sequence[SearchRow]) -> CaseRow:
+def summary(case: Case, searches: Sequence[report.SearchRow]) -> report.CaseRow:
     """Return a case's row over its searches."""
     best = [each.best_index for each in searches if each.best_index is not None]
-    return CaseRow(
+    return report.CaseRow(
         names=case.names,
         seeds=len(searches),
         stable_draws=float(np.mean([each.stable_draws for each in searches])),
@@ -176,7 +164,7 @@ def summary(case: Case, searches: Sequence[SearchRow]) -> CaseRow:
 
 def searched(
     case: Case, seeds: Sequence[int], threads: int | None, done: Callable[[], None]
-) -> Iterator[SearchRow]:
+) -> Iterator[report.SearchRow]:
     """Give the row of every seed's search; `done` is called after each."""
     tuning = case.tuning
     problem, draws = problem_of(tuning, threads), distribution_for(tuning)
@@ -187,14 +175,14 @@ def searched(
         yield search_row(case, seed, search)
 
 
-def run(config: PidQuestionConfig, progress: Progress | None = None) -> PidQuestionResult:
+def run(config: PidQuestionConfig, progress: Progress | None = None) -> report.PidQuestionResult:
     """Return how rare stable controllers are, and how good the found ones, in every case.
 
     Raises:
         ParameterError, ModelError: an unknown name, or a number out of range.
     """
     config = config.asked()
-    result = PidQuestionResult([], [], config.trajectory)
+    result = report.PidQuestionResult([], [], config.trajectory)
     chosen = cases(config)
     for tuning in {(each.names.plant, each.names.setting): each.tuning for each in chosen}.values():
         problem_of(tuning, config.threads)  # refuses now, not after an hour, what cannot be run
@@ -207,4 +195,4 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> PidQuest
     return result
 
 
-command = Study(run, tables, verdict, figures)
+command = Study(run, report.tables, report.verdict, report.figures)

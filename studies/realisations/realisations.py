@@ -29,15 +29,8 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
 from studies.core.repeats import perturbed
-from studies.core.study_options import (
-    ModelOptions,
-    Out,
-    Perturbations,
-    SeedOptions,
-    StudyOptions,
-    ThreadOptions,
-)
-from studies.realisations.report import LoopRow, RealisationsResult, figures, tables, verdict
+from studies.core.study_options import LoopOptions, Out, Perturbations
+from studies.realisations import report
 from studies.realisations.response import ORDERS, ResponseRow, response_row, sample_cost
 from studies.tuning.problem import Tuning, distribution_for, problem_of, tune
 
@@ -66,7 +59,7 @@ SEEDS = 3  # searches of each
 
 
 @dataclass(frozen=True)
-class RealisationsConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+class RealisationsConfig(LoopOptions):
     """Compare the realisations of a fractional operator: response, cost, closed loop."""
 
     QUICK: ClassVar = {"perturbations": 2}
@@ -92,9 +85,9 @@ def loop_row(
     shape: str,
     controllers: list[Controller],
     threads: int | None = None,
-) -> LoopRow:
+) -> report.LoopRow:
     """Return the row of a trajectory under controllers' variations."""
-    row = LoopRow("loop", realisation, terms, plant.name, shape)
+    row = report.LoopRow("loop", realisation, terms, plant.name, shape)
     try:
         filters = [each.filters(PERIOD, realisation, terms) for each in controllers]
     except ControllerError as error:
@@ -141,7 +134,7 @@ def tuned_anew(
 
 def retuned_rows(
     realisation: str, terms: int, plants: list[Plant], shape: str, config: RealisationsConfig
-) -> Iterator[LoopRow]:
+) -> Iterator[report.LoopRow]:
     """Give the loops of all plants with gains tuned for this realisation, a row per seed.
 
     Equal seeds start equal populations, so realisations are compared in pairs.
@@ -150,7 +143,7 @@ def retuned_rows(
         best = tuned_anew(realisation, terms, shape, seed, config)
         for plant in plants:
             if best is None:
-                none = LoopRow("", realisation, terms, plant.name, shape, 0.0)
+                none = report.LoopRow("", realisation, terms, plant.name, shape, 0.0)
                 row = replace(none, index=np.inf, envelope=np.inf)
             else:
                 rng = np.random.default_rng(config.seed)
@@ -159,7 +152,7 @@ def retuned_rows(
             yield replace(row, part="retuned", seed=seed)
 
 
-def run(config: RealisationsConfig, progress: Progress | None = None) -> RealisationsResult:
+def run(config: RealisationsConfig, progress: Progress | None = None) -> report.RealisationsResult:
     """Return responses, costs and closed loops of all realisations.
 
     Raises:
@@ -170,7 +163,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
     shapes = QUICK_SHAPES if config.quick else tuple(TRAJECTORIES)
     rng = np.random.default_rng(config.seed)
     given = {shape: perturbed(TUNED[shape], config.perturbations, rng) for shape in shapes}
-    rows: list[ResponseRow | LoopRow] = []
+    rows: list[ResponseRow | report.LoopRow] = []
     for realisation, terms in counted(progress, "loops", choices(config.quick)):
         cost = sample_cost(*operator(realisation, 0.5, PERIOD, terms))
         rows.extend(response_row(realisation, terms, order, cost) for order in ORDERS)
@@ -182,7 +175,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
     for realisation, terms in counted(progress, "search", RETUNED_TERMS.items()):
         for shape in shapes:
             rows.extend(retuned_rows(realisation, terms, plants, shape, config))
-    return RealisationsResult(rows)
+    return report.RealisationsResult(rows)
 
 
-command = Study(run, tables, verdict, figures)
+command = Study(run, report.tables, report.verdict, report.figures)

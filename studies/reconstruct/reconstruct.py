@@ -30,23 +30,8 @@ from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
 from studies.core.paper import PAPER_ENVELOPES
 from studies.core.repeats import perturbed
-from studies.core.study_options import (
-    ModelOptions,
-    Out,
-    Perturbations,
-    SeedOptions,
-    StudyOptions,
-    ThreadOptions,
-)
-from studies.reconstruct.report import (
-    ChaosRow,
-    FigureRow,
-    ReconstructResult,
-    UnitRow,
-    figures,
-    tables,
-    verdict,
-)
+from studies.core.study_options import LoopOptions, Out, Perturbations
+from studies.reconstruct import report
 from studies.reconstruct.variants import QUICK, Variant, variants
 from studies.tuning.distributions import NAMES, TABLE_1
 
@@ -65,7 +50,7 @@ SMOOTH = "dead zone off"  # variant whose torques do not jump; its pairs are run
 
 
 @dataclass(frozen=True)
-class ReconstructConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+class ReconstructConfig(LoopOptions):
     """Vary what the reconstruction of Table 2 assumes: bounded runs, envelopes, chaos."""
 
     QUICK: ClassVar = {"perturbations": 3}
@@ -76,7 +61,9 @@ class ReconstructConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
     perturbations: Perturbations = 12
 
 
-def figure_row(variant: Variant, figure: str, plant: Plant, config: ReconstructConfig) -> FigureRow:
+def figure_row(
+    variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
+) -> report.FigureRow:
     """Return the row of one variant, figure and plant over perturbed gains."""
     shape, column, entry = FIGURES[figure]
     ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
@@ -98,7 +85,7 @@ def figure_row(variant: Variant, figure: str, plant: Plant, config: ReconstructC
     ]
     quartiles = [float(q) for q in np.percentile(widths, [25, 50, 75])] if widths else [None] * 3
     gone = outcome.diverged[~bounded]
-    return FigureRow(
+    return report.FigureRow(
         group=variant.group,
         variant=variant.name,
         figure=figure,
@@ -136,7 +123,7 @@ def start_runs(
 
 def chaos_row(
     variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
-) -> tuple[ChaosRow, Array]:
+) -> tuple[report.ChaosRow, Array]:
     """Return how runs a hair apart part, and the joints' largest distance (K,) [rad].
 
     The kind of motion: 'chaotic' where most pairs the least hair apart come to be more than
@@ -153,7 +140,7 @@ def chaos_row(
     shares = (by_hair > TIP_APART).mean(axis=1)
     kind = "chaotic" if shares[0] > 0.5 else "mixed" if shares.any() else "regular"
     least = np.linalg.norm(np.array(joints[1 : count + 1]) - joints[0], axis=2)  # (P, K)
-    row = ChaosRow(
+    row = report.ChaosRow(
         variant=variant.name,
         figure=figure,
         plant=plant.name,
@@ -165,7 +152,7 @@ def chaos_row(
     return row, least.max(axis=0)
 
 
-def unit_rows() -> list[UnitRow]:
+def unit_rows() -> list[report.UnitRow]:
     """Return every gain of Table 2 in seconds and in milliseconds, in deviations of Table 1."""
     rows = []
     table_1 = {name: draw.numbers for name, draw in zip(NAMES, TABLE_1.draws, strict=True)}
@@ -179,7 +166,7 @@ def unit_rows() -> list[UnitRow]:
                 units = (k, k * 1000.0**nu)
                 apart = [(gain - mean) / deviation for gain in units]
                 name = figure.removeprefix("figure-")
-                rows.append(UnitRow(name, f"k_{joint + number}", nu, *units, *apart))
+                rows.append(report.UnitRow(name, f"k_{joint + number}", nu, *units, *apart))
     return rows
 
 
@@ -195,14 +182,14 @@ def chosen(config: ReconstructConfig) -> list[Variant]:
     return [each for each in variants() if not config.quick or each.name in QUICK]
 
 
-def run(config: ReconstructConfig, progress: Progress | None = None) -> ReconstructResult:
+def run(config: ReconstructConfig, progress: Progress | None = None) -> report.ReconstructResult:
     """Return the reconstruction and its variants.
 
     Raises:
         ParameterError, ModelError: perturbations, seed, modes, segments or threads out of range.
     """
     config = config.asked()
-    result = ReconstructResult([], [], unit_rows(), {})
+    result = report.ReconstructResult([], [], unit_rows(), {})
     todo, robot = chosen(config), config.robot_of()
     for variant in counted(progress, "reconstruct", todo):
         plants = variant.plants(robot, config.modes, config.segments)
@@ -216,4 +203,4 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     return result
 
 
-command = Study(run, tables, verdict, figures)
+command = Study(run, report.tables, report.verdict, report.figures)

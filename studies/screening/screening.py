@@ -31,15 +31,7 @@ from studies.core.study_options import (
     StudyOptions,
     ThreadOptions,
 )
-from studies.screening.report import (
-    CurveRow,
-    ScreeningResult,
-    SearchRow,
-    facts,
-    figures,
-    tables,
-    verdict,
-)
+from studies.screening import report
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.problem import Tuning, distribution_for, problem_of, tune
 from studies.tuning.screened_draws import Screened, Tally, screened
@@ -139,10 +131,10 @@ def warm_up(config: ScreeningConfig) -> None:
     problem_of(tuning, config.threads)(distribution_for(tuning).sample(np.random.default_rng(0), 2))
 
 
-def row(each: Course, target: float) -> SearchRow:
+def row(each: Course, target: float) -> report.SearchRow:
     """Return one search's row; target: index that counts as the equal result [m2 s]."""
     at = each.reached(target)
-    return SearchRow(
+    return report.SearchRow(
         seed=each.seed,
         screen=each.screen,
         stable_first=each.search.generations[0].stable_share,
@@ -156,16 +148,16 @@ def row(each: Course, target: float) -> SearchRow:
     )
 
 
-def curve(each: Course) -> list[CurveRow]:
+def curve(each: Course) -> list[report.CurveRow]:
     """Return a search's rows generation by generation: what the figure shows."""
     columns = zip(each.simulations, each.best, each.seconds, strict=True)
     return [
-        CurveRow(each.seed, each.screen, i, int(simulations), float(best), float(seconds))
+        report.CurveRow(each.seed, each.screen, i, int(simulations), float(best), float(seconds))
         for i, (simulations, best, seconds) in enumerate(columns)
     ]
 
 
-def run(config: ScreeningConfig, progress: Progress | None = None) -> ScreeningResult:
+def run(config: ScreeningConfig, progress: Progress | None = None) -> report.ScreeningResult:
     """Return the searches, plain and screened.
 
     Raises:
@@ -180,7 +172,7 @@ def run(config: ScreeningConfig, progress: Progress | None = None) -> ScreeningR
     warm_up(config)
     courses = [course(each, config.threads, advance) for each in pairs]
     target = float(np.median([each.best[-1] for each in courses if not each.screen]))
-    return ScreeningResult(
+    return report.ScreeningResult(
         [row(each, target) for each in courses],
         [point for each in courses for point in curve(each)],
         f"{config.trajectory}, {config.plant}, setting {config.setting}",
@@ -188,4 +180,4 @@ def run(config: ScreeningConfig, progress: Progress | None = None) -> ScreeningR
     )
 
 
-command = Study(run, tables, verdict, figures, facts)
+command = Study(run, report.tables, report.verdict, report.figures, report.facts)

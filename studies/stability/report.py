@@ -122,14 +122,7 @@ DRAWS = (
 def tables(result: StabilityResult) -> list[Table]:
     """Return loops and random draws."""
     return [
-        Table(
-            result.rows,
-            COLUMNS,
-            note=NOTE,
-            key="rows",
-            file="results.csv",
-            tight=True,
-        ),
+        Table(result.rows, COLUMNS, note=NOTE, key="rows", file="results.csv", tight=True),
         Table(result.draws, DRAWS, "\nRandom draws of Table 1", key="screens", file="screens.csv"),
     ]
 

@@ -33,15 +33,8 @@ from flexsim.robot import plant_kind
 from studies.core.carry_out import Study, ticker
 from studies.core.paper import PLANTS
 from studies.core.study_options import ModelOptions, Out, SeedOptions, StudyOptions
+from studies.stability import report
 from studies.stability.maps import draw, stability_map
-from studies.stability.report import (
-    DrawsRow,
-    LoopRow,
-    StabilityResult,
-    figures,
-    tables,
-    verdict,
-)
 from studies.stability.simulated import simulated_growth, simulated_rates
 
 COMPARED = 200  # draws that are also simulated
@@ -132,7 +125,7 @@ def options_of(config: StabilityConfig) -> LoopOptions:
     return loop_options(setting(config.setting).friction, PERIOD, config.hold, config.torque_gain)
 
 
-def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityResult:
+def run(config: StabilityConfig, progress: Progress | None = None) -> report.StabilityResult:
     """Return poles, margins, maps and screenings.
 
     Raises:
@@ -145,7 +138,7 @@ def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityR
     joints = (0, 1) if config.map_points else ()
     steps = len(plants) * len(devised) * (len(poses) + len(joints))
     advance = ticker(progress, "stability", steps)
-    result = StabilityResult([], [], [], config.slack)
+    result = report.StabilityResult([], [], [], config.slack)
     middle = poses[len(poses) // 2]
     for plant in plants:
         for each in devised:
@@ -163,12 +156,12 @@ def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityR
 
 def row(
     plant: Plant, devised: Controller, theta2: float, options: LoopOptions, slack: float
-) -> LoopRow:
+) -> report.LoopRow:
     """Return one line of the table: poles, margins, and the growth that a simulation shows."""
     b, a = stack_filters([devised.filters(options.period)])
     loops = {h: linear_loop(plant, theta2, b, a, replace(options, hold=h)) for h in HOLDS}
     loop = loops[options.hold]
-    return LoopRow(
+    return report.LoopRow(
         plant=plant.name,
         controllers=devised.name,
         theta2=theta2,
@@ -189,7 +182,7 @@ def row(
 
 def draws_row(
     plant: Plant, theta2: float, options: LoopOptions, config: StabilityConfig
-) -> DrawsRow:
+) -> report.DrawsRow:
     """Return the share of random draws that is stable, what a draw costs, and a simulation's view.
 
     The simulation knows nothing of the linear model: stable is where its errors do not grow.
@@ -201,7 +194,7 @@ def draws_row(
     part = slice(0, min(config.screen, COMPARED))
     rates = simulated_rates(plant, theta2, (b[part], a[part]), options, SIMULATED)
     agree = (growth[part] <= config.slack) == (rates <= config.slack)
-    return DrawsRow(
+    return report.DrawsRow(
         plant=plant.name,
         theta2=theta2,
         draws=config.screen,
@@ -222,4 +215,4 @@ def _poles(loop: LinearLoop) -> dict[str, float]:
     return found
 
 
-command = Study(run, tables, verdict, figures)
+command = Study(run, report.tables, report.verdict, report.figures)

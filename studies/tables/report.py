@@ -37,10 +37,7 @@ def _mm(length: float | None) -> str:
 def _length(key: str, heading: str | None = None, **where: str) -> Column:
     """Return a column of lengths in mm, 'div' where the loop diverges."""
     return Column(
-        key,
-        heading,
-        form=lambda row: "div" if row.diverged else _mm(value(row, key)),
-        where=where,
+        key, heading, form=lambda row: "div" if row.diverged else _mm(value(row, key)), where=where
     )
 
 

@@ -27,30 +27,14 @@ from flexsim.plants.base import Plant
 from studies.core.carry_out import Study
 from studies.core.paper import CASES, PLANTS, paper_envelopes
 from studies.core.repeats import PERTURBATION, medians
-from studies.core.study_options import (
-    ModelOptions,
-    Out,
-    Perturbations,
-    Population,
-    SeedOptions,
-    SettingName,
-    StudyOptions,
-    ThreadOptions,
-)
+from studies.core.study_options import LoopOptions, Out, Perturbations, Population, SettingName
 from studies.tables.figures import figures
 from studies.tables.report import files, tables, verdict
 from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import Filters
-from studies.tuning.problem import (
-    BOTH,
-    Tuning,
-    distribution_for,
-    problem_of,
-    scenarios_of,
-    tune,
-)
+from studies.tuning.problem import BOTH, Tuning, distribution_for, problem_of, scenarios_of, tune
 
 FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
     "assumed-modes": ("assumed-modes", "chain"),
@@ -62,11 +46,11 @@ CHAIN_COST = 20  # generations on the assumed modes that take as long as one on 
 
 
 @dataclass(frozen=True)
-class TablesConfig(ModelOptions, ThreadOptions, SeedOptions, StudyOptions):
+class TablesConfig(LoopOptions):
     """Tune for every trajectory on every plant; run each controller on all of them."""
 
     QUICK: ClassVar = {  # a smaller population of Table 1 has none that hold
-        **{"population": 50, "generations": 3, "chain_generations": 3, "perturbations": 2},
+        **{"population": 50, "generations": 3, "chain_generations": 3, "perturbations": 2}
     }
 
     out: Out = Path("runs/tables")

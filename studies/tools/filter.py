@@ -139,11 +139,7 @@ class ResponseRow:
     phase_error_deg: float
 
 
-TAPS = (
-    Column("delay"),
-    Column("b", form=".10g", missing=""),
-    Column("a", form=".10g", missing=""),
-)
+TAPS = (Column("delay"), Column("b", form=".10g", missing=""), Column("a", form=".10g", missing=""))
 RESPONSE = (
     Column("hertz", "f", "Hz", ".4g"),
     Column("omega", "omega", "rad/s", ".4g"),

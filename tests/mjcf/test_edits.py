@@ -1,4 +1,4 @@
-"""The README's table of edits: every number is what `modes` and `crosscheck` give for that edit."""
+"""The table of edits beside the models: its numbers are those of `modes` and `crosscheck`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import pytest
 from edits import DEFAULT, EDITS
 
 from flexsim.robot import Robot
-from studies.parity.crosscheck import DEFAULT_LIMITS, driven_rungs
+from studies.parity.crosscheck import DEFAULT_LIMITS, driven_checks
 from studies.parity.modes import compared
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
+README = (Path(__file__).parents[2] / "models" / "README.md").read_text()
 WORDS = {  # of the row's first cell
     "none": DEFAULT,
     "50 g at the tip": EDITS["payload"],
@@ -36,7 +36,7 @@ def test_row_is_what_the_commands_give(words: str) -> None:
     numbers = [re.findall(r"[\d.]+", cell) for cell in row.split("|")[-4:-1]]
     robot = Robot.of(text=WORDS[words])
     found = compared(robot)
-    small, large = (1e6 * rung.value for rung in driven_rungs(*robot.both(), DEFAULT_LIMITS))
+    small, large = (1e6 * check.value for check in driven_checks(*robot.both(), DEFAULT_LIMITS))
     wanted = [
         *found.clamped_hz["chain"],
         found.joint_free_hz["assumed_modes"][0],
