@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 PLANTS = ("assumed-modes", "chain")  # the two models that are compared throughout
+PLANT_KEYS = ("assumed_modes", "chain")  # the same, as keys of JSON objects
 CASES = (  # trajectory, what the controllers were devised for
     ("line", "line"),
     ("two-loop", "two-loop"),

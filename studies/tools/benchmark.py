@@ -41,6 +41,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.mujoco_steps import Workspaces
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
+from studies.core.paper import PLANT_KEYS
 from studies.core.table import Column, Table
 from studies.core.timing import least_cost
 from studies.tuning.genetic import GeneticSettings
@@ -52,7 +53,6 @@ POPULATION = 50  # of the genetic algorithm, section 3.2
 SCALED_MODES = (1, 2, 3, 5)
 SCALED_SEGMENTS = (4, 6, 8, 10)
 TASK = "circle"  # trajectory and controllers of the closed loops
-PLANTS = ("assumed_modes", "chain")
 PAPERS = GeneticSettings()  # budget of the tuning
 BARE_RATES = (0.5, 0.3)  # [rad/s] of the joints where nothing drives them
 SPREAD = 1e-3  # relative, of the individuals around the tuned one
@@ -152,7 +152,7 @@ def tuning_budget(costs: dict[str, float], threads: int) -> dict[str, dict[str, 
             "ratio": costs[f"{plant} generation"] * threads / costs[f"{plant}_50"],
             "ratio_threaded": costs[f"{plant} generation"] / costs[f"{plant} {threads}"],
         }
-        for plant in PLANTS
+        for plant in PLANT_KEYS
     }
 
 
@@ -210,7 +210,7 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     threads = range(1, thread_count() + 1)
     plants: tuple[Plant, ...] = (modes, chain)
     tuning = {}
-    for name, plant in zip(PLANTS, plants, strict=True):
+    for name, plant in zip(PLANT_KEYS, plants, strict=True):
         tuning[f"{name} generation"] = generation_run(plant)
         for count in threads:
             tuning[f"{name} {count}"] = closed_loop_run(plant, POPULATION, s, count)
@@ -221,7 +221,7 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
         by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES if f"n{n}" in by_size},
         by_segments={n: by_size[f"N{n}"] for n in SCALED_SEGMENTS if f"N{n}" in by_size},
         by_threads={
-            count: {plant: costs[f"{plant} {count}"] * count for plant in PLANTS}
+            count: {plant: costs[f"{plant} {count}"] * count for plant in PLANT_KEYS}
             for count in threads
         },
         tuning_budget=tuning_budget(costs, thread_count()),

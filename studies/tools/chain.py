@@ -4,7 +4,6 @@ result = run(ChainConfig(out=Path("chain6.xml"), segments=6))
 result.design.coupling_error, result.highest_frequency
 """
 
-import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +20,7 @@ from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
 from flexsim.robot import MODES, SEGMENTS
 from studies.core.console import console
+from studies.core.folder import to_json
 from studies.core.table import Column, Table
 
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
@@ -96,7 +96,7 @@ def command(config: ChainConfig) -> None:
     result = run(config)
     path = write_chain(config.out, result.text, config.force)
     if config.json:
-        print(json.dumps(as_dict(result), allow_nan=False))
+        print(to_json(as_dict(result)))
         return
     kind = "plain" if config.plain else "tuned"
     out = console()
@@ -105,23 +105,16 @@ def command(config: ChainConfig) -> None:
 
 
 def as_dict(result: ChainResult) -> dict[str, object]:
-    """Return the result as JSON knows it."""
-    design = result.design
+    """Return what JSON has."""
+    of_design = ("position", "stiffness", "frequency", "frequency_error", "Phi_error")
+    more = ("moment_error", "tip_error", "compliance_error", "mac")
     return {
         "file": str(result.config.out),
-        "segments": design.segments,
-        "tuned": design.tuned,
+        "segments": result.design.segments,
+        "tuned": result.design.tuned,
         "timestep": result.config.timestep,
-        "position": design.position.tolist(),
-        "stiffness": design.stiffness.tolist(),
-        "frequency": design.frequency.tolist(),
-        "frequency_error": design.frequency_error.tolist(),
-        "Phi_error": design.Phi_error.tolist(),
-        "moment_error": design.moment_error.tolist(),
-        "tip_error": design.tip_error.tolist(),
-        "compliance_error": design.compliance_error,
-        "mac": design.mac.tolist(),
-        "beam_frequency": result.beam_frequency.tolist(),
+        **{name: getattr(result.design, name) for name in (*of_design, *more)},
+        "beam_frequency": result.beam_frequency,
         "highest_frequency": result.highest_frequency,
         "longest_step": result.longest_step,
     }

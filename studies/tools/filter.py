@@ -4,7 +4,6 @@ result = run(FilterConfig(order=-0.5, realisation="tustin-fraction", terms=5))
 result.b, result.a, result.magnitude_error_db
 """
 
-import json
 import math
 from dataclasses import dataclass
 
@@ -12,7 +11,9 @@ import numpy as np
 
 from controllers import Array, frequency_response, operator, response_error
 from controllers.errors import ControllerError, check_finite
+from flexsim.numerics.clocks import PERIOD
 from studies.core.console import console
+from studies.core.folder import to_json
 from studies.core.table import Column, Table
 
 FREQUENCIES = 12
@@ -34,7 +35,7 @@ class FilterConfig:
     or oustaloup."""
     terms: int = 10
     """Length: the p of (2) for the first three, the number of poles for the others."""
-    period: float = 1e-3
+    period: float = PERIOD
     """Sampling period [s]."""
     json: bool = False
     """Print one JSON object instead of tables."""
@@ -91,32 +92,16 @@ def command(config: FilterConfig) -> None:
     """
     result = run(config)
     if config.json:
-        print(json.dumps(as_dict(result), allow_nan=False))
+        print(to_json(as_dict(result)))
         return
     for table in tables(result):
         console().print(table.render())
 
 
 def as_dict(result: FilterResult) -> dict[str, object]:
-    """Return the result as JSON knows it; None where a number is not finite."""
-    config = result.config
-    return {
-        "order": config.order,
-        "gain": config.gain,
-        "realisation": config.realisation,
-        "terms": config.terms,
-        "period": config.period,
-        "b": _listed(result.b),
-        "a": _listed(result.a),
-        "omega": _listed(result.omega),
-        "magnitude_db": _listed(result.magnitude_db),
-        "magnitude_error_db": _listed(result.magnitude_error_db),
-        "phase_error_deg": _listed(result.phase_error_deg),
-    }
-
-
-def _listed(values: Array) -> list[float | None]:
-    return [float(x) if math.isfinite(x) else None for x in values]
+    """Return what JSON has: the operator, and the filter's coefficients, response and errors."""
+    asked = {name: each for name, each in vars(result.config).items() if name != "json"}
+    return asked | {name: each for name, each in vars(result).items() if name != "config"}
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from controllers import (
 )
 from controllers.errors import MOST_ORDER
 from flexsim.errors import ParameterError
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from studies.tuning.distributions import NAMES
 
@@ -97,7 +98,7 @@ class ControllerDesign:
     controller: str = "fractional"
     realisation: str = "tustin"
     terms: int = 10
-    period: float = 1e-3
+    period: float = PERIOD
     filter_time: float = 0.0
 
     def __post_init__(self) -> None:

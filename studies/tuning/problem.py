@@ -23,9 +23,11 @@ from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.mjcf.names import Names
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.robot import Robot, plant_kind
+from flexsim.robot import MODES, Robot, plant_kind
+from studies.core.paper import PLANTS
 from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
 from studies.tuning.genetic import (
     Evaluate,
@@ -39,7 +41,7 @@ from studies.tuning.genetic import (
 from studies.tuning.individuals import ControllerDesign
 from studies.tuning.peers import check_de, run_cma, run_de
 
-PLANTS, BOTH = ("assumed-modes", "chain"), "both"
+BOTH = "both"
 TUNERS: dict[str, Callable[..., Search]] = {
     "genetic": run_genetic,
     "cma": run_cma,
@@ -94,7 +96,7 @@ class Tuning:
     distribution: str = "table-1"
     tuner: str = "genetic"
     terms: int = 10
-    period: float = 1e-3
+    period: float = PERIOD
     filter_time: float = 0.0
     weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
     perturb: int = 0
@@ -106,7 +108,7 @@ class Tuning:
     survivors: int = 6
     screen: int = 0
     seed: int = 1
-    modes: int = 3
+    modes: int = MODES
     segments: int | None = None
     mjcf: str | None = None
     beam: str = "file"

@@ -56,6 +56,7 @@ HEADER = (",".join(COLUMNS) + "\n").encode()
 DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
+    "studies/core/paper.py",
     *(
         f"studies/tuning/{name}.py"
         for name in (

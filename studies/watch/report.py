@@ -13,10 +13,10 @@ from datetime import datetime
 from studies.core.console import console
 from studies.core.folder import to_json
 from studies.core.options import show_differences
+from studies.core.paper import PLANT_KEYS
 from studies.core.table import Column, Table
 from studies.watch.save import Save
 
-PLANTS = ("assumed_modes", "chain")
 SAME = 5e-4  # [%] of a number, and less, is no change
 
 
@@ -36,8 +36,8 @@ def json_line(when: datetime, save: Save | None = None, error: str | None = None
     if save is not None:
         content |= {
             "save": save.number,
-            "clamped_hz": {plant: save.modes.clamped_hz[plant] for plant in PLANTS},
-            "joint_free_hz": {plant: save.modes.joint_free_hz[plant] for plant in PLANTS},
+            "clamped_hz": {plant: save.modes.clamped_hz[plant] for plant in PLANT_KEYS},
+            "joint_free_hz": {plant: save.modes.joint_free_hz[plant] for plant in PLANT_KEYS},
             "damping_ratio": save.modes.damping_ratio,
             "tip_rms": save.tip_rms,
             "differences": [row._asdict() for row in save.changes],
@@ -92,7 +92,7 @@ def _change(plant: str) -> Column:
 
 COLUMNS = (
     Column("name", ""),
-    *(column(plant) for plant in PLANTS for column in (_figure, _change)),
+    *(column(plant) for plant in PLANT_KEYS for column in (_figure, _change)),
 )
 BEAM = Column("beam", "paper's beam", form=lambda row: number(row.beam) if row.beam else "")
 
