@@ -2,6 +2,9 @@
 
 # ruff: noqa: E402
 
+import signal
+from collections.abc import Iterator
+
 import pytest
 from hypothesis import settings
 
@@ -35,3 +38,11 @@ def plant(request: pytest.FixtureRequest) -> AssumedModesPlant | ChainPlant:
     name = "modes_plant" if request.param == "assumed-modes" else "chain_plant"
     chosen: AssumedModesPlant | ChainPlant = request.getfixturevalue(name)
     return chosen
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Have Ctrl-C heard by this process, also where it was started with SIGINT ignored (nohup)."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from processes import process
 
 from flexsim import ModelError
 from flexsim.mjcf.arm_file import ArmFile
@@ -253,27 +253,22 @@ def test_a_signal_ends_a_command_while_it_reads_a_large_file(
     many = f'<replicate count="{ELEMENTS - 200}" offset="0 0 1"><geom size="0.01"/></replicate>'
     (tmp_path / "arm.xml").write_text(chain("<worldbody>", f"<worldbody>{many}"))
     code = (
-        "import sys, studies.main, flexsim.mjcf.load as load\n"
+        "import signal, sys, studies.main, flexsim.mjcf.load as load\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # as if not started by nohup
         "def often(*a, **k):\n"
         "    print('reading', flush=True)\n"
         "    while True: load.load_arm('arm.xml')\n"
         "import flexsim.robot; flexsim.robot.load_arm = often\n"
         "sys.exit(studies.main.main(['modes', 'arm.xml']))\n"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    try:
-        assert process.stdout is not None and process.stdout.readline() == b"reading\n"
+    with process([sys.executable, "-c", code], cwd=tmp_path) as reading:
+        assert reading.stdout is not None and reading.stdout.readline() == "reading\n"
         time.sleep(0.3)
         start = time.perf_counter()
-        process.send_signal(number)
-        process.wait(10)
+        reading.send_signal(number)
+        reading.wait(10)
         assert time.perf_counter() - start < QUICK
-        assert process.returncode in (130, 143)
-    finally:
-        process.kill()
-        process.communicate()
+        assert reading.returncode in (130, 143)
 
 
 # ---- chain and rod, by one list

@@ -142,21 +142,18 @@ def test_what_is_ignored_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
         signal.signal(signal.SIGINT, before[signal.SIGINT])
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_a_second_signal_does_not_disturb_the_unwinding() -> None:
     unwound = False
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt), ends_on_signals(), saying(lambda: "later"):
-            try:
-                os.kill(os.getpid(), signal.SIGINT)
-                time.sleep(PATIENCE)
-            finally:
-                os.kill(os.getpid(), signal.SIGINT)
-                os.kill(os.getpid(), signal.SIGTERM)
-                time.sleep(0.01)
-                unwound = True
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(KeyboardInterrupt), ends_on_signals(), saying(lambda: "later"):
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(PATIENCE)
+        finally:
+            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.01)
+            unwound = True
     assert unwound and received() == signal.SIGINT
 
 

@@ -363,7 +363,7 @@ def test_messages_name_the_file() -> None:
         answered(Path("my.xml"))
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick", "interruptible")
 def test_ctrl_c_ends_it_quietly(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
