@@ -13,7 +13,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from flexsim.errors import FlexsimError, RunError
-from flexsim.numerics.atomic import replacing
+from flexsim.numerics.atomic import write_bytes
 from flexsim.numerics.cleanup import child
 
 APPLICATION = "flexsim"
@@ -66,19 +66,18 @@ def write_rrd(
         RunError: the file cannot be written; and what `log` raises.
     """
     try:
-        with replacing(path, "the recording") as temporary:
-            with strict():
-                stream.save(temporary, arrangement)
-                try:
-                    log(stream)
-                finally:
-                    stream.flush()
-                    stream.disconnect()
-            rr.chunk.RrdReader(temporary).store()  # reads the footer, which comes last
+        with strict():
+            kept = stream.memory_recording()  # rerun's own file sink may hang on a full disk
+            stream.send_blueprint(arrangement, make_active=False, make_default=True)
+            log(stream)
+            content = kept.drain_as_bytes()
     except FlexsimError:
         raise
     except RuntimeError as error:
         raise RunError(f"{path}: cannot write the recording: {error}") from error
+    finally:
+        stream.disconnect()
+    write_bytes(path, content, "the recording")
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -43,11 +43,26 @@ def run_folder(out: Path, force: bool, later: Sequence[str] = ()) -> Iterator[Pa
     """
     require_free(out, force)
     with _beside(out) as private:
-        yield private / NEW
-        sign(private / NEW, later)
+        with _spoken_of_as(out, private / NEW):
+            yield private / NEW
+            sign(private / NEW, later)
         with committing():
             require_free(out, force)
             _put_in_place(private, out)
+
+
+@contextmanager
+def _spoken_of_as(out: Path, private: Path) -> Iterator[None]:
+    """Have errors about files in a private folder speak of where they were to be."""
+    try:
+        yield
+    except RunError as error:
+        raise RunError(str(error).replace(str(private), str(out))) from None
+    except OSError as error:
+        if str(private) not in str(error.filename):
+            raise
+        path = str(error.filename).replace(str(private), str(out))
+        raise RunError(f"{path}: cannot write it: {error.strerror}") from None
 
 
 def require_free(out: Path, force: bool) -> None:
