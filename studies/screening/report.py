@@ -57,7 +57,7 @@ class SearchRow:
     @property
     def draws(self) -> str:
         """Whether the search's draws are screened, in a word."""
-        return NAMES[bool(self.screen)]
+        return NAMES[self.screen > 0]
 
 
 @dataclass(frozen=True)
@@ -106,14 +106,14 @@ def facts(result: ScreeningResult) -> dict[str, float]:
     return {"target": result.target}
 
 
-def median_to_target(rows: Sequence[SearchRow], screen: bool, cost: str) -> float:
+def median_to_target(rows: Sequence[SearchRow], screened: bool, cost: str) -> float:
     """Return the median over seeds of a cost until the target, inf if most never reach it.
 
     Args:
-        rows: of the study. screen: of the screened searches or the plain ones.
+        rows: of the study. screened: of the screened searches or the plain ones.
         cost: 'simulations' or 'seconds'.
     """
-    costs = [getattr(row, f"{cost}_to_target") for row in rows if bool(row.screen) == screen]
+    costs = [getattr(row, f"{cost}_to_target") for row in rows if (row.screen > 0) == screened]
     return float(np.median([math.inf if each is None else each for each in costs]))
 
 
@@ -121,7 +121,7 @@ def verdict(result: ScreeningResult) -> str:
     """Return what screening saves, or that it does not, in simulations and in seconds."""
     rows, said = result.rows, []
     for cost in ("simulations", "seconds"):
-        plain, other = (median_to_target(rows, screen, cost) for screen in (False, True))
+        plain, other = (median_to_target(rows, screened, cost) for screened in (False, True))
         if math.isfinite(plain) and math.isfinite(other):
             share = 1 - other / plain
             what = f"{100 * abs(share):.0f} % {'fewer' if share >= 0 else 'more'}"
@@ -137,9 +137,9 @@ def verdict(result: ScreeningResult) -> str:
     )
 
 
-def _bests(rows: Sequence[CurveRow], screen: bool) -> tuple[Array, Array]:
+def _bests(rows: Sequence[CurveRow], screened: bool) -> tuple[Array, Array]:
     """Return simulations (G,) and best indices (seeds, G) of the plain or the screened searches."""
-    mine = [row for row in rows if bool(row.screen) == screen]
+    mine = [row for row in rows if (row.screen > 0) == screened]
     first = [row.simulations for row in mine if row.seed == mine[0].seed]
     seeds = dict.fromkeys(row.seed for row in mine)
     best = [[row.best for row in mine if row.seed == seed] for seed in seeds]
@@ -151,8 +151,8 @@ def figures(result: ScreeningResult) -> Iterator[tuple[str, Figure]]:
     figure, panels = canvas(height=8.0)
     axes = panels[0, 0]
     held = [row.best for row in result.curves if math.isfinite(row.best)]
-    for screen, colour in COLOURS.items():
-        simulations, best = _bests(result.curves, screen)
+    for screened, colour in COLOURS.items():
+        simulations, best = _bests(result.curves, screened)
         shown = np.where(np.isfinite(best), best, np.nan)
         middle = np.median(best, axis=0)
         top = np.where(np.isfinite(best).all(axis=0), best.max(axis=0), max(held, default=1.0))
@@ -160,7 +160,7 @@ def figures(result: ScreeningResult) -> Iterator[tuple[str, Figure]]:
         low = np.array([np.nanmin(column) for column in shown.T[some]])
         axes.fill_between(simulations[some], low, top[some], color=colour, alpha=0.2, linewidth=0)
         middle = np.where(np.isfinite(middle), middle, np.nan)
-        label = f"{NAMES[screen]}: median and range"
+        label = f"{NAMES[screened]}: median and range"
         axes.plot(simulations, middle, color=colour, linewidth=2.6, label=label)
     if math.isfinite(result.target):
         label = "target: median the plain end with"
