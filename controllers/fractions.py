@@ -26,7 +26,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from controllers.errors import check_coefficients, check_order, check_positive, check_terms
-from controllers.series import Array, Filter
+from controllers.series import Array, Filter, convolve
 
 MOST_TUSTIN_TERMS = 20
 MOST_BACKWARD_TERMS = 12
@@ -94,8 +94,8 @@ def _assemble(
     if whole < 0:
         forward, back = back, forward
     with np.errstate(over="ignore", invalid="ignore"):
-        b = np.convolve(b, polynomial.polypow(forward, abs(whole)))
-        a = np.convolve(a, polynomial.polypow(back, abs(whole)))
+        b = convolve(b, polynomial.polypow(forward, abs(whole)))
+        a = convolve(a, polynomial.polypow(back, abs(whole)))
         return check_coefficients(np.float64(scale / T) ** nu * b, a, nu, T)
 
 

@@ -7,6 +7,7 @@ magnitude and phase follow s^order inside it and level off outside.
 """
 
 import math
+from functools import reduce
 
 import numpy as np
 from scipy import signal
@@ -18,7 +19,7 @@ from controllers.errors import (
     check_positive,
     check_terms,
 )
-from controllers.series import Filter, gruenwald_letnikov
+from controllers.series import Array, Filter, convolve, gruenwald_letnikov
 
 LOW = 0.01
 """Default lower edge times the period: 10 rad/s at 1 ms, what ten pairs allow."""
@@ -70,7 +71,7 @@ def oustaloup(
     b, a = _fractional_part(nu - whole, T, n, low, high) if nu != whole else _integers(0, T)
     b_whole, a_whole = _integers(whole, T)
     with np.errstate(over="ignore", invalid="ignore"):
-        return check_coefficients(np.convolve(b, b_whole), np.convolve(a, a_whole), nu, T)
+        return check_coefficients(convolve(b, b_whole), convolve(a, a_whole), nu, T)
 
 
 def _band(low: float | None, high: float | None, T: float) -> tuple[float, float]:
@@ -86,11 +87,11 @@ def _band(low: float | None, high: float | None, T: float) -> tuple[float, float
 
 
 def _fractional_part(f: float, T: float, n: int, low: float, high: float) -> Filter:
-    k = np.arange(1, n + 1)
-    zeros = -low * (high / low) ** ((2 * k - 1 - f) / (2 * n))  # (n,)
-    poles = -low * (high / low) ** ((2 * k - 1 + f) / (2 * n))  # (n,)
+    ratio = high / low
+    zeros = -low * np.array([ratio ** ((2 * k - 1 - f) / (2 * n)) for k in range(1, n + 1)])
+    poles = -low * np.array([ratio ** ((2 * k - 1 + f) / (2 * n)) for k in range(1, n + 1)])
     digital = signal.bilinear_zpk(zeros, poles, high**f, 1.0 / T)
-    b, a = signal.zpk2tf(*digital)
+    b, a = digital[2] * _from_roots(digital[0]), _from_roots(digital[1])
     edges = np.array([low, high]) * T
     exact, rounded = signal.freqz_zpk(*digital, edges)[1], signal.freqz(b, a, edges)[1]
     if not np.allclose(rounded, exact, rtol=ROUNDING, atol=0.0):
@@ -98,7 +99,12 @@ def _fractional_part(f: float, T: float, n: int, low: float, high: float) -> Fil
             f"terms = {n} are too many for a band from {low:g} to {high:g} rad/s at a period "
             f"of {T:g} s: the coefficients would be rounded away; take fewer, or raise low"
         )
-    return np.asarray(b, dtype=float), np.asarray(a, dtype=float)
+    return b, a
+
+
+def _from_roots(roots: Array) -> Array:
+    """Return the polynomial in z^-1 with these roots and a first coefficient of one."""
+    return reduce(convolve, ([1.0, -root] for root in roots.real), np.ones(1))
 
 
 def _integers(whole: int, T: float) -> Filter:
@@ -107,5 +113,5 @@ def _integers(whole: int, T: float) -> Filter:
         return gruenwald_letnikov(whole, T, whole)
     b, a = np.ones(1), np.ones(1)
     for _ in range(-whole):
-        b, a = np.convolve(b, [T / 2.0, T / 2.0]), np.convolve(a, [1.0, -1.0])
+        b, a = convolve(b, [T / 2.0, T / 2.0]), convolve(a, [1.0, -1.0])
     return b, a

@@ -10,7 +10,7 @@ from scipy import signal
 
 from controllers.errors import ControllerError, check_finite, check_order, check_positive
 from controllers.operators import operator
-from controllers.series import Array, Filter
+from controllers.series import Array, Filter, convolve
 
 ROUNDING = 1e-3
 """Largest relative change of the response when two filters become one."""
@@ -174,7 +174,7 @@ def parallel(first: Filter, second: Filter) -> Filter:
     (b1, a1), (b2, a2) = first, second
     if np.array_equal(a1, a2):
         return _add(b1, b2), a1
-    b, a = _add(np.convolve(b1, a2), np.convolve(b2, a1)), np.convolve(a1, a2)
+    b, a = _add(convolve(b1, a2), convolve(b2, a1)), convolve(a1, a2)
     part1, part2 = signal.freqz(b1, a1, PROBES)[1], signal.freqz(b2, a2, PROBES)[1]
     error = np.abs(signal.freqz(b, a, PROBES)[1] - part1 - part2)
     if (error > ROUNDING * (np.abs(part1) + np.abs(part2))).any():

@@ -11,7 +11,7 @@ import math
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import rgamma
 
 from controllers.errors import check_coefficients, check_order, check_positive, check_terms
@@ -43,7 +43,7 @@ def tustin(order: float, period: float, terms: int) -> Filter:
     """
     nu, T, p = _check(order, period, terms)
     scale = _power(2.0 / T, nu)
-    taps = np.convolve(_binomial(nu, p, -1.0), _binomial(-nu, p, 1.0))[: p + 1]  # (p + 1,)
+    taps = convolve(_binomial(nu, p, -1.0), _binomial(-nu, p, 1.0))[: p + 1]  # (p + 1,)
     return _fir(scale, taps, nu, T)  # (2)
 
 
@@ -100,11 +100,27 @@ def impulse_response(order: float, period: float, terms: int) -> Filter:
     m = max(math.ceil(nu), 0)
     mu = m - nu  # order of the integral that is left, mu >= 0
     with np.errstate(over="ignore", invalid="ignore"):
-        step = np.arange(p + 2.0) ** mu * rgamma(mu + 1.0)  # at t/T = 0, 1, ..., p + 1
+        powers = np.array([np.float64(i) ** mu for i in range(p + 2)])
+        step = powers * rgamma(mu + 1.0)  # at t/T = 0, 1, ..., p + 1
         if mu == 0.0:
             step[0] = 0.0  # the unit step, just before it
-        taps = np.convolve(np.diff(step), _binomial(m, p, -1.0))[: p + 1]  # (p + 1,)
+        taps = convolve(np.diff(step), _binomial(m, p, -1.0))[: p + 1]  # (p + 1,)
     return _fir(_power(1.0 / T, nu), taps, nu, T)
+
+
+def convolve(p: ArrayLike, q: ArrayLike) -> Array:
+    """Return the product of two polynomials, as numpy's of this name.
+
+    Numpy's is made of BLAS's inner products, whose last bits depend on the processor; here every
+    product is added where it belongs, the shorter polynomial's in turn.
+    """
+    long, short = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    if short.size > long.size:
+        long, short = short, long
+    total = np.zeros(long.size + short.size - 1)
+    for i, factor in enumerate(short):
+        total[i : i + long.size] += factor * long
+    return total
 
 
 def _check(order: float, period: float, terms: int) -> tuple[float, float, int]:

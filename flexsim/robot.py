@@ -18,16 +18,19 @@ from pathlib import Path
 from flexsim.arm.beam import beta_lengths
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
+from flexsim.loop.followed import require_followed
 from flexsim.loop.settings import Setting
+from flexsim.mjcf.arm_file import ArmFile
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.bodies import parts
-from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.chain_file import ChainModel, motor_matrix
 from flexsim.mjcf.edits import changed, with_motors
 from flexsim.mjcf.linear_checks import require_linear
 from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.names import Names
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
+from flexsim.numerics.step_limits import halved
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
@@ -137,9 +140,17 @@ class Robot:
             own, chain = self._with_papers_beam(own), None
         elif self.rod is not None:
             require_uniform(self.rod)
-        if step is None:
-            step = stable_modes_step(own, modes, chain)
-        return AssumedModesPlant(own, modes, step, form, name, chain)
+        usual = stable_modes_step(own, modes, chain) if step is None else step
+        plant = AssumedModesPlant(own, modes, usual, form, name, chain)
+        longest = plant.longest_held_step(_steepest(setting))
+        if plant.step >= longest:
+            if step is not None:
+                raise ParameterError(_too_long(f"physics step {step:g} s", plant.name, longest))
+            plant = replace(plant, step=halved(longest))
+        arm = self._rod(setting) if self.file is None else chain
+        if arm is not None and self.beam == "file" and form == "consistent" and modes >= MODES:
+            require_followed(plant, arm)
+        return plant
 
     def chain_plant(
         self,
@@ -158,16 +169,19 @@ class Robot:
         if self.rod is not None:
             require_uniform(self.rod)
         if chain is None:
-            own = self._parameters(setting)
-            return ChainPlant.designed(
-                own, SEGMENTS if segments is None else segments, step, tuned, name
-            )
+            own, size = self._parameters(setting), SEGMENTS if segments is None else segments
+            plant = ChainPlant.designed(own, size, step, tuned, name)
+            shorter = _shortened(plant.chain, setting, step)
+            if shorter is not None:
+                plant = ChainPlant.designed(own, size, shorter, tuned, name)
+            return plant
         for what, value, its in (
             ("segments", segments, len(chain.lengths)),
             ("step", step, chain.step),
         ):
             if value is not None and value != its:
                 _contradicted(chain.source, what, value, its)
+        _shortened(chain, setting, chain.step)
         return ChainPlant(parameters_of(chain), chain, name)
 
     def both(
@@ -217,8 +231,7 @@ class Robot:
         if kind == "rod" and self.rod is not None:
             return self._rod_plant(self.rod, setting, size, chain_step, name)
         if kind == "rod":
-            rod = RodPlant.designed(self._parameters(setting), size or ELEMENTS, chain_step)
-            return replace(rod, name=name)
+            return self._designed_rod(setting, size or ELEMENTS, chain_step, name)
         return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
 
     def _with_papers_beam(self, own: Parameters) -> Parameters:
@@ -260,9 +273,60 @@ class Robot:
         ):
             if value is not None and value != its:
                 _contradicted(rod.source, what, value, its)
-        if setting is not None:
-            rod = with_motors(rod, setting.I_m1, setting.I_m2)
-        return RodPlant(self._parameters(setting), rod, name)
+        own = self._rod(setting) or rod
+        _shortened(own, setting, own.step)
+        return RodPlant(self._parameters(setting), own, name)
+
+    def _designed_rod(
+        self, setting: Setting | None, elements: int, step: float | None, name: str
+    ) -> RodPlant:
+        """Return the rod of the parameters, its step short enough for a setting's friction."""
+        own = self._parameters(setting)
+        plant = RodPlant.designed(own, elements, step)
+        shorter = _shortened(plant.rod, setting, step)
+        if shorter is not None:
+            plant = RodPlant.designed(own, elements, shorter)
+        return replace(plant, name=name)
+
+    def _rod(self, setting: Setting | None) -> RodModel | None:
+        """Return the file's rod with a setting's motors."""
+        if self.rod is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
+            return self.rod
+        return with_motors(self.rod, setting.I_m1, setting.I_m2)
+
+
+def _steepest(setting: Setting | None) -> tuple[float, float]:
+    """Return the slopes of a setting's friction that is held over a step [N m s/rad]."""
+    return (0.0, 0.0) if setting is None else setting.friction.steepest
+
+
+def _shortened(arm: ArmFile, setting: Setting | None, step: float | None) -> float | None:
+    """Return a step that a setting's friction, held over it, leaves stable; None: as it is.
+
+    Friction that opposes a joint's motion adds its slope over the joint's inertia to the rates that
+    bound the step, at the worst pose: a light hub runs away by itself, whatever controls it.
+
+    Args:
+        arm: a chain or rod. step: that was asked for, None if it may be shorter [s].
+
+    Raises:
+        ModelError: the step that was asked for is too long.
+    """
+    gears = motor_matrix(arm.model)
+    first, second = _steepest(setting)
+    longest = arm.longest_step((first * gears[0, 0], second * gears[1, 1]))
+    if arm.step < longest:
+        return None
+    if step is not None:
+        raise ModelError(_too_long(f"timestep {arm.step:g} s", arm.source, longest))
+    return halved(longest)
+
+
+def _too_long(step: str, what: str, longest: float) -> str:
+    return (
+        f"{what}: {step} is too long for friction that opposes the joints' motion, held over a "
+        f"step, with so light a joint; use less than {longest:.3g} s, or another setting"
+    )
 
 
 def _contradicted(source: str, what: str, value: float, its: float) -> None:

@@ -36,13 +36,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 def complain(message: object) -> int:
     """Say in one line on stderr what is wrong; return the status of a command that is refused."""
-    from studies.core.ending import one_line
+    from studies.core.text import one_line
 
     print(f"flexsim: {one_line(message)}", file=sys.stderr)
     return 2
 
 
-def one_line(message: str) -> str:
+def unboxed(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
     import re
 
@@ -119,7 +119,7 @@ def _configuration(of: type, name: str, words: list[str]) -> Any:
     except SystemExit as stop:
         if not stop.code:
             return None
-        said = one_line(complaint.getvalue())
+        said = unboxed(complaint.getvalue())
     raise ParameterError(f"{name}: {said}; see flexsim {name} --help")
 
 

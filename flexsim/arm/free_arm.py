@@ -8,6 +8,8 @@ Both plants are held against these frequencies.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -25,42 +27,35 @@ def clamped_frequencies(parameters: Parameters, n: int) -> Array:
     return beta**2 * np.sqrt(parameters.EI / parameters.rho)
 
 
-def _base_reactions(b: float) -> Array:
-    """Return D (2, 2), the free beam's reactions on its moving base, times e^-b (1 + cos b cosh b).
+def _base_reactions(b: float) -> tuple[float, float, float]:
+    """Return the free beam's reactions on its moving base, times e^-b (1 + cos b cosh b).
 
-    D maps the base's (y, y' L) to the dimensionless force (-L^3 times the third derivative) and
-    moment (L^2 times the second) of the beam on it, at b = beta L; the factor takes away its
-    poles, the clamped frequencies.
+    D_11, D_12 = D_21 and D_22, which map the base's (y, y' L) to the dimensionless force (-L^3
+    times the third derivative) and moment (L^2 times the second) of the beam on it, at
+    b = beta L; the factor takes away its poles, the clamped frequencies.
     """
-    e = np.exp(-b)
+    e = math.exp(-b)
     cosh, sinh = (1 + e * e) / 2, (1 - e * e) / 2  # times e^-b
-    cos, sin = np.cos(b), np.sin(b)
-    cross = b**2 * sinh * sin
-    return np.array(
-        [
-            [b**3 * (cosh * sin + sinh * cos), cross],
-            [cross, b * (cosh * sin - sinh * cos)],
-        ]
-    )
+    cos, sin = math.cos(b), math.sin(b)
+    first = b**3 * (cosh * sin + sinh * cos)
+    return first, b**2 * sinh * sin, b * (cosh * sin - sinh * cos)
 
 
 def _determinant(parameters: Parameters, theta2: float, b: float) -> float:
     """Return the frequency determinant at b = beta L, zero at a natural frequency only."""
     p = parameters
-    s, c = np.sin(theta2), np.cos(theta2)
-    inertia = (
-        np.array(  # of theta1 and of the hub's absolute angle; the beam's axial mass on link 1
-            [
-                [p.I_m1 + p.I_m2 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b * s * s), -p.I_m2],
-                [-p.I_m2, p.I_m2 + p.I_H],
-            ]
-        )
-    )
-    base = np.array([[p.L_R * c, p.r], [0.0, p.L]])  # (y, y' L) of the beam's base
-    e = np.exp(-b)
-    clamped = e + np.cos(b) * (1 + e * e) / 2  # e^-b (1 + cos b cosh b)
-    system = clamped * b**4 * inertia / p.m_b + base.T @ _base_reactions(b) @ base
-    return float(np.linalg.det(system) / clamped / b**6)
+    s, c = math.sin(theta2), math.cos(theta2)
+    e = math.exp(-b)
+    clamped = e + math.cos(b) * (1 + e * e) / 2  # e^-b (1 + cos b cosh b)
+    D_11, D_12, D_22 = _base_reactions(b)
+    scale = clamped * b**4 / p.m_b
+    # inertia of theta1 and of the hub's absolute angle, the beam's axial mass on link 1; and the
+    # reactions, of the base's y = L_R c theta1 + r theta and y' L = L theta
+    link = p.I_m1 + p.I_m2 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b * s * s)
+    K_11 = scale * link + (p.L_R * c) ** 2 * D_11
+    K_12 = -scale * p.I_m2 + p.L_R * c * (p.r * D_11 + p.L * D_12)
+    K_22 = scale * (p.I_m2 + p.I_H) + p.r**2 * D_11 + 2 * p.r * p.L * D_12 + p.L**2 * D_22
+    return (K_11 * K_22 - K_12 * K_12) / clamped / b**6
 
 
 def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) -> Array:
@@ -71,7 +66,7 @@ def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) 
         theta2: pose of joint 2 with the beam straight [rad].
 
     Raises:
-        ParameterError: n is below 1.
+        ParameterError: n is below 1, or so many are not found.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise ParameterError(f"number of frequencies is {n!r}; give a whole number, 1 or more")
@@ -82,5 +77,9 @@ def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) 
 
     values = np.array([determinant(b) for b in grid])
     change = np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0)[:n]
+    if len(change) < n:
+        raise ParameterError(
+            f"{len(change)} of {n} frequencies with free joints were found; ask for fewer"
+        )
     roots = np.array([brentq(determinant, grid[i], grid[i + 1], xtol=1e-14) for i in change])
     return (roots / parameters.L) ** 2 * np.sqrt(parameters.EI / parameters.rho)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.numerics.elementary import arctan2, cos, sin
 from flexsim.numerics.types import Array
 
 SINGULAR_MARGIN = (
@@ -33,8 +34,8 @@ def tip_position(
     along, across = parameters.reach + np.asarray(shortening), np.asarray(v)
     return np.stack(
         [
-            parameters.L_R * np.cos(first) + along * np.cos(second) - across * np.sin(second),
-            parameters.L_R * np.sin(first) + along * np.sin(second) + across * np.cos(second),
+            parameters.L_R * cos(first) + along * cos(second) - across * sin(second),
+            parameters.L_R * sin(first) + along * sin(second) + across * cos(second),
         ],
         axis=-1,
     )
@@ -68,10 +69,8 @@ def joint_angles(parameters: Parameters, tip: ArrayLike, positive_elbow: bool = 
             f"reference point {first} at ({x:.4g}, {y:.4g}) m is {what}; keep its distance from "
             f"joint 1 between {abs(l1 - l2):.4g} and {l1 + l2:.4g} m, ends excluded"
         )
-    theta2 = np.arctan2(sine if positive_elbow else -sine, cosine)
-    theta1 = np.arctan2(xy[..., 1], xy[..., 0]) - np.arctan2(
-        l2 * np.sin(theta2), l1 + l2 * np.cos(theta2)
-    )
+    theta2 = arctan2(sine if positive_elbow else -sine, cosine)
+    theta1 = arctan2(xy[..., 1], xy[..., 0]) - arctan2(l2 * sin(theta2), l1 + l2 * cos(theta2))
     return np.stack([np.unwrap(theta1), theta2], axis=-1)
 
 
@@ -80,8 +79,8 @@ def in_world(L_R: float, theta: Array, along: Array, across: Array) -> Array:
     first, second = theta[:, :1], theta[:, :1] + theta[:, 1:2]
     return np.stack(
         [
-            L_R * np.cos(first) + along * np.cos(second) - across * np.sin(second),
-            L_R * np.sin(first) + along * np.sin(second) + across * np.cos(second),
+            L_R * cos(first) + along * cos(second) - across * sin(second),
+            L_R * sin(first) + along * sin(second) + across * cos(second),
         ],
         axis=-1,
     )

@@ -19,6 +19,8 @@ from flexsim.errors import ParameterError
 PRINTED_BETA_L = (1.8751, 4.6941, 7.8548)  # (28)-(30), five digits; the plants use exact roots
 PRINTED_I_b = 99e-4  # (23) [kg m2], two digits; the plants use rho((r+L)^3 - r^3)/3
 
+SMALLEST, LARGEST = 1e-30, 1e30  # SI: beyond, products and powers of them leave doubles
+
 
 def _number(default: Any, unit: str, source: str, meaning: str, assumed: bool = False) -> Any:
     """Return a dataclass field that carries its unit, equation and meaning."""
@@ -64,6 +66,12 @@ class Parameters:
                 raise ParameterError(
                     f"parameter {item.name} ({meaning}) is {value!r}; give a finite number, "
                     f"{lowest} [{unit}]"
+                )
+            if value > LARGEST or (value < SMALLEST and item.name not in may_be_zero):
+                meaning, unit = item.metadata["meaning"], item.metadata["unit"]
+                raise ParameterError(
+                    f"parameter {item.name} ({meaning}) is {value:g}; give {SMALLEST:g} to "
+                    f"{LARGEST:g} [{unit}]"
                 )
 
     @property

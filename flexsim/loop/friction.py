@@ -67,6 +67,17 @@ class Friction:
         if not 0 < self.speed < math.inf:
             raise ParameterError(f"friction speed is {self.speed}; give more than 0 [rad/s]")
 
+    @property
+    def steepest(self) -> tuple[float, float]:
+        """The largest slope of friction over a joint's velocity, at rest [N m s/rad].
+
+        Held over a step, it bounds the step.
+        """
+        if self.law != "opposing":
+            return 0.0, 0.0
+        first, second = (mu + tau / self.speed for mu, tau in zip(self.mu, self.tau_0, strict=True))
+        return first, second
+
     def numbers(self) -> FrictionNumbers:
         """Return the numbers as the compiled law reads them."""
         (low_1, high_1), (low_2, high_2) = self.dead_zone

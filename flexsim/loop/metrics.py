@@ -44,7 +44,7 @@ def performance_index(motion: Motion, weights: ArrayLike = (1.0, 1.0, 1.0)) -> f
         return float("inf")
     wx, wy, wv = np.asarray(weights, dtype=float)
     dx, dy = (motion.tip - motion.reference_tip).T
-    integrand = wx * dx**2 + wy * dy**2 + wv * motion.time**2 * motion.v**4  # (5)
+    integrand = wx * dx**2 + wy * dy**2 + wv * motion.time**2 * (motion.v**2) ** 2  # (5)
     return float(np.trapezoid(integrand, motion.time))
 
 

@@ -17,6 +17,7 @@ from flexsim.arm.kinematics import joint_angles
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.clocks import PERIOD
+from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.types import Array
 
 SHAPES = ("line", "two-loop", "circle")
@@ -84,7 +85,7 @@ class Trajectory:
         """Return the reference tip (K, 2) [m] at times (K,) [s]."""
         u = np.clip(np.asarray(time) / self.duration, 0.0, 1.0)
         if self.time_law == "quintic":
-            u = u**3 * (10 + u * (6 * u - 15))
+            u = u * u * u * (10 + u * (6 * u - 15))
         if self.shape == "line":
             start, end = np.array(self.start), np.array(self.end)
             return start + u[:, None] * (end - start)
@@ -92,10 +93,10 @@ class Trajectory:
         cx, cy = self.centre
         if self.shape == "circle":
             return np.stack(
-                [cx + self.half_width * np.cos(phi), cy + self.half_width * np.sin(phi)], axis=-1
+                [cx + self.half_width * cos(phi), cy + self.half_width * sin(phi)], axis=-1
             )
         return np.stack(
-            [cx + self.half_width * np.sin(phi), cy + self.half_height * np.sin(2 * phi)], axis=-1
+            [cx + self.half_width * sin(phi), cy + self.half_height * sin(2 * phi)], axis=-1
         )
 
 

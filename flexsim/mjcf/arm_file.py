@@ -12,6 +12,7 @@ what a run keeps is what was run.
 
 from __future__ import annotations
 
+import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ from flexsim.mjcf.limits import require_small
 from flexsim.mjcf.linear_checks import linear_reasons
 from flexsim.mjcf.names import Names
 from flexsim.mjcf.text import read_mjcf, with_includes
-from flexsim.numerics.dense import solve
+from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.step_limits import POSES, fastest_decay, longest_step
 from flexsim.numerics.types import Array
@@ -109,8 +110,7 @@ class ArmFile(ABC):
 
 def highest_of(motions: Sequence[Motion]) -> float:
     """Return the highest natural frequency of motions of several poses [rad/s]."""
-    squared = [np.linalg.eigvals(solve(M, K)).real.max() for M, _, K in motions]
-    return float(np.sqrt(max(squared)))
+    return math.sqrt(max(float(natural_modes(K, M)[0][-1]) for M, _, K in motions))
 
 
 def longest_of(

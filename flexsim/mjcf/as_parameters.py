@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from flexsim.arm.parameters import Parameters
@@ -18,6 +19,15 @@ from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.rod_file import RodModel
 
 
+def beam_heads(rod: RodModel) -> list[int]:
+    """Return the bodies of a rod's beam: the piece at the clamp, where there is one, and vertices.
+
+    Without a body `root` the rod's own mass begins with its first free vertex.
+    """
+    root = mujoco.mj_name2id(rod.model, mujoco.mjtObj.mjOBJ_BODY, "root")
+    return [*([root] if root >= 0 else []), *(int(i) for i in rod.model.jnt_bodyid[2::2])]
+
+
 def parameters_of_rod(rod: RodModel) -> Parameters:
     """Return the robot of a rod's file: its rigid bodies, and its beam's length, mass and EI.
 
@@ -25,10 +35,9 @@ def parameters_of_rod(rod: RodModel) -> Parameters:
         ModelError: a quantity is zero that must not be.
     """
     model = rod.model
-    heads = [int(model.body("root").id), *(int(i) for i in model.jnt_bodyid[2::2])]
     spans = np.diff(rod.vertices)
     EI = float(rod.bending[0] * (spans[0] + spans[1]))
-    bodies = parted(model, rod.L_R, heads)
+    bodies = parted(model, rod.L_R, beam_heads(rod))
     L = rod.reach - rod.clamp
     return robot_of_bodies(bodies, model, rod.source, rod.L_R, rod.clamp, L, EI)
 

@@ -19,6 +19,7 @@ from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.checks import straight
 from flexsim.mjcf.linear_checks import linear_reasons, refuse
+from flexsim.numerics.dense import product
 from flexsim.numerics.types import Array
 
 OFF_AXIS = 1e-9  # [m] how far from the beam's axis a centre of mass may lie
@@ -42,7 +43,7 @@ class Bodies:
     @property
     def about_axis(self) -> float:
         """Moment of inertia about the axis [kg m2]."""
-        return float(self.inertia.sum() + self.mass @ (self.x**2 + self.y**2))
+        return float(self.inertia.sum() + product(self.mass, self.x**2 + self.y**2))
 
 
 def _bodies(model: mujoco.MjModel, ids: NDArray[np.intp], axis: float) -> Bodies:

@@ -95,7 +95,9 @@ def mass_matrix(model: mujoco.MjModel, qpos: Array) -> Array:
     """Return the joint-space inertia (nv, nv) at a configuration (nq,) [kg m2]."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
-    mujoco.mj_forward(model, data)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_makeM(model, data)  # not factorised: a singular one is judged by who asks
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return full

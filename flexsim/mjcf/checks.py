@@ -401,9 +401,8 @@ def _in_a_row(kind: str, ends: list[str], points: Array) -> Iterator[str]:
 
 def _inertia(model: mujoco.MjModel) -> Iterator[str]:
     """Give a mass matrix that moves nothing in some direction."""
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    mujoco.mj_forward(model, data)
+    data = straight(model)
+    mujoco.mj_makeM(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     if not np.isfinite(full).all() or np.linalg.eigvalsh(full).min() <= 0:

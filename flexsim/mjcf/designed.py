@@ -12,10 +12,12 @@ import mujoco
 
 from flexsim.arm.chain_design import design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import ChainModel, load_chain, longest_step
 from flexsim.mjcf.chain_xml import chain_mjcf
 from flexsim.mjcf.rod_file import RodModel, load_rod
 from flexsim.mjcf.rod_xml import ELEMENTS, rod_mjcf
+from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.step_limits import RK4_LIMIT, halved
 
 MARGIN = 1.05  # of a designed chain to the limit of its frequencies
@@ -36,10 +38,26 @@ def designed_chain(
     """
     design = (design_chain if tuned else plain_chain)(parameters, segments)
     if step is None:
-        model = mujoco.MjModel.from_xml_string(chain_mjcf(parameters, design))
+        model = compiled(chain_mjcf(parameters, design))
         bound = RK4_LIMIT / (MARGIN * design.frequency[-1])
         step = halved(min(bound, longest_step(model) or math.inf))
     return load_chain(text=chain_mjcf(parameters, design, timestep=step))
+
+
+def compiled(text: str) -> mujoco.MjModel:
+    """Return the model of MJCF that was written for a robot.
+
+    Raises:
+        ParameterError: MuJoCo does not take the robot's numbers.
+    """
+    try:
+        with quiet_warnings():
+            return mujoco.MjModel.from_xml_string(text)
+    except (ValueError, mujoco.FatalError) as error:
+        said = " ".join(str(error).split())
+        raise ParameterError(
+            f"the robot's parameters make no MJCF that MuJoCo compiles: {said}; change them"
+        ) from None
 
 
 def designed_rod(

@@ -16,6 +16,8 @@ from flexsim.errors import ParameterError
 from flexsim.mjcf.bodies import parts
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.rod_file import RodModel
+from flexsim.numerics.dense import product
+from flexsim.numerics.eigen import symmetric_eigen
 from flexsim.numerics.types import Array
 
 Arm = TypeVar("Arm", ChainModel, RodModel)
@@ -75,11 +77,11 @@ def _load(model: mujoco.MjModel, body: int, place: Array, mass: float) -> None:
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.body_iquat[body])
     axes = rotation.reshape(3, 3)
-    inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
+    inertia = product(axes * model.body_inertia[body], axes.T)
     inertia += model.body_mass[body] * _point(model.body_ipos[body] - centre)
     inertia += mass * _point(place - centre)
-    values, vectors = np.linalg.eigh(inertia)
-    vectors[:, 2] *= np.sign(np.linalg.det(vectors))  # a rotation, no reflection
+    values, vectors = symmetric_eigen(inertia)
+    vectors[:, 2] = np.cross(vectors[:, 0], vectors[:, 1])  # a rotation, no reflection
     quaternion = np.empty(4)
     mujoco.mju_mat2Quat(quaternion, vectors.flatten())
     model.body_mass[body], model.body_ipos[body] = total, centre
@@ -88,4 +90,4 @@ def _load(model: mujoco.MjModel, body: int, place: Array, mass: float) -> None:
 
 def _point(d: Array) -> Array:
     """Return the inertia (3, 3) about the origin of a unit mass at d (3,) [m2]."""
-    return float(d @ d) * np.eye(3) - np.outer(d, d)
+    return float(product(d, d)) * np.eye(3) - np.outer(d, d)

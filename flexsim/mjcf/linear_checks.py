@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import Protocol
 
@@ -13,6 +14,8 @@ import numpy as np
 
 from flexsim.errors import ModelError
 
+TURNS = 13  # angles of each joint that contacts are looked for at
+BENT = 0.6  # [rad] in all hinges together: the tip aside by a third of the beam's length
 DISABLED = (
     ("springs", mujoco.mjtDisableBit.mjDSBL_SPRING),
     ("dampers", mujoco.mjtDisableBit.mjDSBL_DAMPER),
@@ -112,21 +115,52 @@ def _of_motors(model: mujoco.MjModel) -> Iterator[str]:
         yield from together("actuator", names, what)
 
 
+def contact_of(model: mujoco.MjModel) -> str | None:
+    """Return what touches what somewhere in the workspace, in words, None if nothing does.
+
+    Tried with the beam straight and, a chain's, bent to either side, over all angles of the joints.
+    """
+    able = model.geom_contype | model.geom_conaffinity
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT or not (
+        able.any() or model.npair
+    ):
+        return None
+    data = mujoco.MjData(model)
+    chain = model.njnt > 2 and not (model.jnt_type[2:] == mujoco.mjtJoint.mjJNT_SLIDE).any()
+    for theta1, theta2, bent in itertools.product(
+        np.linspace(-np.pi, np.pi, TURNS, endpoint=False),
+        np.linspace(-np.pi, np.pi, TURNS),
+        (0.0, BENT, -BENT) if chain else (0.0,),
+    ):
+        data.qpos[:2] = theta1, theta2
+        data.qpos[2:] = bent / max(1, model.njnt - 2)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_flex(model, data)
+        mujoco.mj_collision(model, data)
+        if data.ncon:
+            names = [_geom_name(model, int(i)) for i in data.contact[0].geom]
+            where = f"theta1 = {theta1:.2g}, theta2 = {theta2:.2g} rad"
+            return f"{names[0]} can make contact with {names[1]}, as at {where}"
+    return None
+
+
+def _geom_name(model: mujoco.MjModel, geom: int) -> str:
+    if geom < 0:
+        return "the flex"
+    body = model.body(int(model.geom_bodyid[geom])).name
+    return f"geom {model.geom(geom).name!r}" if model.geom(geom).name else f"a geom of {body!r}"
+
+
 def _of_surroundings(model: mujoco.MjModel) -> Iterator[str]:
     """Give contacts, gravity in the plane of motion, and a medium around."""
     options = model.opt
-    if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
-        touching = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
-        if model.npair:
-            yield f"the contact pair {model.pair(0).name!r} can touch"
-        if len(touching):
-            name = model.geom(int(touching[0])).name or f"{touching[0]}"
-            yield (
-                f"geom {name!r} can make contact (disable it by contype and conaffinity 0, or all "
-                'by <flag contact="disable"/>)'
-            )
-        if (model.flex_contype | model.flex_conaffinity).any() and len(touching):
-            yield "the flex can make contact"
+    touching = contact_of(model)
+    if touching is not None:
+        yield (
+            f"{touching} (no geom does with contype and conaffinity 0, or "
+            '<flag contact="disable"/>)'
+        )
     if not options.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
         if options.gravity[:2].any():
             yield f"gravity is {options.gravity} m/s2, not along z"

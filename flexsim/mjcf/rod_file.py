@@ -17,12 +17,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from flexsim.mjcf.arm_file import ArmFile, Given, Motion, given_text, read_arm, require_stable_step
 from flexsim.mjcf.chain_file import mass_matrix
 from flexsim.mjcf.checks import straight
 from flexsim.mjcf.names import Names
+from flexsim.numerics.eigen import natural_modes
+from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 
 SMALL = 1e-6  # [m] displacement of a vertex, at which the rod's force is still linear
@@ -103,9 +104,14 @@ def rod_stiffness(model: mujoco.MjModel) -> Array:
         for sign in (1, -1):
             data.qpos[:] = 0.0
             data.qpos[column] = sign * SMALL
-            mujoco.mj_forward(model, data)
+            _forward(model, data)
             stiffness[:, column] -= sign * data.qfrc_spring / (2 * SMALL)
     return (stiffness + stiffness.T) / 2
+
+
+def _forward(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    with quiet_warnings():
+        mujoco.mj_forward(model, data)
 
 
 def rod_damping(model: mujoco.MjModel) -> Array:
@@ -119,7 +125,7 @@ def rod_damping(model: mujoco.MjModel) -> Array:
         for sign in (1, -1):
             data.qvel[:] = 0.0
             data.qvel[column] = sign * SMALL
-            mujoco.mj_forward(model, data)
+            _forward(model, data)
             damping[:, column] -= sign * (data.qfrc_damper + still * data.qvel) / (2 * SMALL)
     return (damping + damping.T) / 2
 
@@ -141,5 +147,5 @@ def rod_frequencies(model: mujoco.MjModel, locked: bool = True, theta2: float = 
     qpos[1] = theta2
     moving = moving_across(model)[2 if locked else 0 :]
     take = np.ix_(moving, moving)
-    squared = eigh(rod_stiffness(model)[take], mass_matrix(model, qpos)[take], eigvals_only=True)
+    squared, _ = natural_modes(rod_stiffness(model)[take], mass_matrix(model, qpos)[take])
     return np.sqrt(np.maximum(squared, 0.0))

@@ -39,7 +39,9 @@ from flexsim.mjcf.arm_xml import (
     sensors,
     worldbody,
 )
-from flexsim.numerics.step_limits import RK4_LIMIT
+from flexsim.numerics.dense import product
+from flexsim.numerics.elementary import cos, sin
+from flexsim.numerics.step_limits import RK4_LIMIT, halved
 from flexsim.numerics.types import Array
 
 ELEMENTS = 14  # unless told otherwise: the most that RK4 takes at 0.5 ms
@@ -52,7 +54,6 @@ RADIUS = 0.0025  # [m] drawn 5 mm thick like the chain; EI is young times pi rad
 POINT_INERTIA = 1e-14  # [kg m2] a body must have some; these add up to 1e-11 of the beam's
 EDGE_SOLIMP = "0.9999 0.9999 0.001"  # the hardest that MuJoCo allows
 EDGE_STEPS = 2.0  # time constant of the edges in steps, the shortest that MuJoCo allows
-LONGEST_STEP = 1e-3  # [s] the control period of the paper
 WIDTH = 98  # characters of a row of numbers
 SLIDES = """\
       <!-- a vertex slides along the hub's axis and across it -->
@@ -104,8 +105,8 @@ def rod_layout(parameters: Parameters, elements: int) -> RodLayout:
     mass: Array = p.rho * h * weight
     free = x[1:]
     rest = p.rho * p.L - mass.sum()
-    centre = (p.rho * p.L**2 / 2 - mass @ free) / rest
-    inertia = p.rho * p.L**3 / 3 - mass @ free**2 - rest * centre**2
+    centre = (p.rho * p.L**2 / 2 - product(mass, free)) / rest
+    inertia = p.rho * p.L**3 / 3 - product(mass, free**2) - rest * centre**2
     return RodLayout(h, x, mass, float(rest), float(centre), float(inertia))
 
 
@@ -113,10 +114,7 @@ def stable_rod_step(parameters: Parameters, elements: int) -> float:
     """Return 1 ms, halved until RK4 can take the rod [s]."""
     h = rod_layout(parameters, elements).length
     fastest = 4 / h**2 * math.sqrt(parameters.EI / parameters.rho)  # [rad/s] a zigzag
-    step = LONGEST_STEP
-    while step * FREE_OVER_CLAMPED * fastest >= RK4_LIMIT:
-        step /= 2
-    return step
+    return halved(RK4_LIMIT / (FREE_OVER_CLAMPED * fastest))
 
 
 def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | None = None) -> str:
@@ -246,5 +244,5 @@ def bent_vertices(parameters: Parameters, layout: RodLayout) -> Array:
     tributary = np.full(len(x) - 1, h)  # (N,)
     tributary[0] = (0.5 + CLAMP) * h
     slope = np.cumsum(force * (p.L - x[:-1]) * tributary / p.EI)  # (N,) of the edges
-    along = h * np.cumsum(np.cos(slope) - 1)
-    return np.column_stack([along, h * np.cumsum(np.sin(slope))])
+    along = h * np.cumsum(cos(slope) - 1)
+    return np.column_stack([along, h * np.cumsum(sin(slope))])

@@ -9,6 +9,8 @@ written, one rounding per operation. For matrices of a few dozen rows they are a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,29 +19,28 @@ from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
 
-def _plain(value: ArrayLike) -> Array:
-    """Return an array of one kind only, so that each function is compiled once."""
-    return np.ascontiguousarray(value, dtype=np.float64)
-
-
 def product(left: ArrayLike, right: ArrayLike) -> Array:
     """Return left @ right, the last axis of one with the first of the other, summed in order.
 
     Args:
-        left: (..., n). right: (n,) or (n, k).
+        left: (..., n). right: (n,) or (n, k). Either may be complex.
 
     Returns:
         (...,) or (..., k).
     """
-    a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    flat = _product(_plain(a.reshape(-1, a.shape[-1])), _plain(b.reshape(len(b), -1)))
+    a, b = np.asarray(left), np.asarray(right)
+    kind = np.result_type(a, b, float)
+    flat = _product(  # of one layout only, so that it is compiled once
+        np.ascontiguousarray(a.reshape(math.prod(a.shape[:-1]), len(b)), dtype=kind),
+        np.ascontiguousarray(b.reshape(len(b), math.prod(b.shape[1:])), dtype=kind),
+    )
     return flat.reshape(a.shape[:-1] + b.shape[1:])[()]
 
 
 @jit
 def _product(a: Array, b: Array) -> Array:
     """Return a (m, n) times b (n, k)."""
-    out = np.zeros((a.shape[0], b.shape[1]))
+    out = np.zeros((a.shape[0], b.shape[1]), dtype=a.dtype)
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
             for c in range(b.shape[1]):
@@ -56,13 +57,31 @@ def solve(matrix: ArrayLike, right: ArrayLike) -> Array:
     b = np.asarray(right, dtype=float)
     a = np.array(matrix, dtype=float, order="C")
     x = np.array(b.reshape(len(a), -1), order="C")
-    if not _eliminate(a, x):
+    if not eliminate(a, x):
         raise ModelError(f"a matrix of {len(a)} rows is singular; check masses and stiffnesses")
     return x.reshape(b.shape)
 
 
 @jit
-def _eliminate(a: Array, x: Array) -> bool:
+def dot(a: Array, b: Array) -> float:
+    """Return the inner product of a (n,) and b (n,), for compiled code."""
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+    return total
+
+
+@jit
+def times(matrix: Array, x: Array) -> Array:
+    """Return matrix (m, n) times x (n,), for compiled code."""
+    out = np.empty(matrix.shape[0])
+    for i in range(matrix.shape[0]):
+        out[i] = dot(matrix[i], x)
+    return out
+
+
+@jit
+def eliminate(a: Array, x: Array) -> bool:
     """Solve a (n, n) x = x (n, k) in place of both; return whether there was a solution."""
     n = a.shape[0]
     for p in range(n):

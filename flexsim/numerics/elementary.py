@@ -21,13 +21,13 @@ SIN, COS, TANH, EXP, LOG, ARCTAN2 = range(6)
 
 
 def sin(x: ArrayLike) -> Array:
-    """Return the sine of angles [rad]."""
-    return _mapped(SIN, x)
+    """Return the sine of angles [rad]; complex ones, for complex steps, as numpy has it."""
+    return np.sin(x) if np.iscomplexobj(x) else _mapped(SIN, x)
 
 
 def cos(x: ArrayLike) -> Array:
-    """Return the cosine of angles [rad]."""
-    return _mapped(COS, x)
+    """Return the cosine of angles [rad]; complex ones, for complex steps, as numpy has it."""
+    return np.cos(x) if np.iscomplexobj(x) else _mapped(COS, x)
 
 
 def tanh(x: ArrayLike) -> Array:

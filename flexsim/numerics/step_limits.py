@@ -25,6 +25,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexsim.errors import ParameterError
 from flexsim.numerics.dense import solve
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
@@ -39,6 +40,7 @@ REAL = 1e-6  # imaginary part, relative, below which an eigenvalue counts as rea
 GROWTH = 1e-6  # of the map's radius over 1: rounding of the double one of a rigid motion
 HALVINGS = 30  # of the interval in which a limit is searched: 1e-9 of it
 LONGEST_STEP = 1e-3  # [s] the control period of the paper
+SHORTEST_STEP = 1e-7  # [s] a second takes minutes
 POSES = np.linspace(0.0, np.pi, 5)  # [rad] of joint 2, from stretched to folded
 
 
@@ -130,7 +132,16 @@ def radius(matrix: Array) -> float:
 
 
 def halved(longest: float) -> float:
-    """Return 1 ms, halved until it is below the longest step [s]."""
+    """Return 1 ms, halved until it is below the longest step [s].
+
+    Raises:
+        ParameterError: that would be below SHORTEST_STEP, or the longest is not a number.
+    """
+    if not longest > SHORTEST_STEP:
+        raise ParameterError(
+            f"the robot needs a physics step below {longest:.3g} s, less than the "
+            f"{SHORTEST_STEP:g} s that can be simulated; make it less stiff, less damped or heavier"
+        )
     step = LONGEST_STEP
     while step >= longest:
         step /= 2

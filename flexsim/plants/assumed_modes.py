@@ -14,10 +14,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
 
 from flexsim.arm.beam import modal_integrals
 from flexsim.arm.parameters import Parameters
+from flexsim.numerics.dense import product
+from flexsim.numerics.eigen import natural_modes
+from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
@@ -79,7 +81,7 @@ def assumed_modes(parameters: Parameters, n: int = 3, step: float = 1e-3) -> Ass
         X=p.rho * integrals.x_chi[:n],
         mass=np.full(n, p.rho * p.L),  # (41)
         inverse_mass=np.full(n, 1 / (p.rho * p.L)),
-        stiffness=p.EI * p.L * integrals.beta[:n] ** 4,  # first term of (42)
+        stiffness=p.EI * p.L * (integrals.beta[:n] ** 2) ** 2,  # first term of (42)
         damping=np.zeros((n, n)),  # (31)
         M=integrals.M[:n, :n].copy(),
         N=integrals.N[:n, :n].copy(),
@@ -209,10 +211,10 @@ def mass_matrix(p: AssumedModes, q: Array) -> Array:
     Source: (36)-(41) with (37) and (39) corrected.
     """
     eta = np.asarray(q)[2:]
-    s, c = np.sin(q[1]), np.cos(q[1])
-    M_eta = p.M @ eta
-    J2 = p.J + eta @ (p.mass * eta) - eta @ p.N @ eta
-    h = -p.L_R * s * (p.P @ eta) + p.L_R * c * (p.first_moment - eta @ M_eta / 2)
+    s, c = sin(q[1]), cos(q[1])
+    M_eta = product(p.M, eta)
+    J2 = p.J + product(eta, p.mass * eta) - product(eta, product(p.N, eta))
+    h = -p.L_R * s * product(p.P, eta) + p.L_R * c * (p.first_moment - product(eta, M_eta) / 2)
     H = np.diag(np.concatenate([[p.A + J2 + 2 * h, p.I_m2 + J2], p.mass]))
     H[0, 1] = H[1, 0] = J2 + h
     H[0, 2:] = H[2:, 0] = p.X + p.L_R * (c * p.P - s * M_eta)
@@ -224,15 +226,16 @@ def energy(p: AssumedModes, states: Array) -> Array:
     """Return kinetic plus elastic energy (K,) [J] of states (K, 2 (n+2))."""
     m = states.shape[1] // 2
     eta, w1, w2, rate = states[:, 2:m], states[:, m], states[:, m + 1], states[:, m + 2 :]
-    s, c = np.sin(states[:, 1]), np.cos(states[:, 1])
-    M_eta = eta @ p.M
-    J2 = p.J + np.sum((eta * p.mass - eta @ p.N) * eta, axis=1)
-    h = -p.L_R * s * (eta @ p.P) + p.L_R * c * (p.first_moment - np.sum(eta * M_eta, axis=1) / 2)
-    g = p.L_R * (c * (rate @ p.P) - s * np.sum(M_eta * rate, axis=1))
+    s, c = sin(states[:, 1]), cos(states[:, 1])
+    M_eta = product(eta, p.M)
+    J2 = p.J + np.sum((eta * p.mass - product(eta, p.N)) * eta, axis=1)
+    shortened = p.first_moment - np.sum(eta * M_eta, axis=1) / 2
+    h = -p.L_R * s * product(eta, p.P) + p.L_R * c * shortened
+    g = p.L_R * (c * product(rate, p.P) - s * np.sum(M_eta * rate, axis=1))
     wb = w1 + w2
     kinetic = p.A * w1**2 / 2 + p.I_m2 * w2**2 / 2 + J2 * wb**2 / 2 + h * w1 * wb
-    kinetic += wb * (rate @ p.X) + w1 * g + rate**2 @ p.mass / 2
-    return kinetic + eta**2 @ p.stiffness / 2
+    kinetic += wb * product(rate, p.X) + w1 * g + product(rate**2, p.mass) / 2
+    return kinetic + product(eta**2, p.stiffness) / 2
 
 
 def free_frequencies(p: AssumedModes, theta2: float = 0.0) -> Array:
@@ -240,5 +243,5 @@ def free_frequencies(p: AssumedModes, theta2: float = 0.0) -> Array:
     q = np.zeros(len(p.P) + 2)
     q[1] = theta2
     K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
-    squared = eigh(K, mass_matrix(p, q), eigvals_only=True)
+    squared, _ = natural_modes(K, mass_matrix(p, q))
     return np.sqrt(squared[2:])

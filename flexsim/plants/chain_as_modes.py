@@ -16,13 +16,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.bodies import Bodies, parts, require_carried
 from flexsim.mjcf.chain_file import ChainModel, mass_matrix, stiffness_matrix
+from flexsim.numerics.dense import product, solve
+from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
@@ -70,14 +71,14 @@ def vibration(chain: ChainModel, parameters: Parameters, n: int = 3) -> Vibratio
             f"for {n} modes"
         )
     M, K = mass_matrix(model, np.zeros(model.nq)), stiffness_matrix(model)
-    squared, vectors = eigh(K[2:, 2:], M[2:, 2:])
+    squared, vectors = natural_modes(K[2:, 2:], M[2:, 2:])
     vectors = vectors[:, :n] * np.sqrt(parameters.m_b)  # modal mass rho L
     across = _across(chain, vectors)
     signs = np.sign(across[-1]) * (-1.0) ** np.arange(n)  # tip values 2, -2, 2
     vectors, across = vectors * signs, across * signs
-    free, _ = eigh(K, M)
-    X = M[1, 2:] @ vectors / parameters.rho  # int x chi
-    Phi = (M[0, 2:] - M[1, 2:]) @ vectors / (parameters.rho * chain.L_R)
+    free, _ = natural_modes(K, M)
+    X = product(M[1, 2:], vectors) / parameters.rho  # int x chi
+    Phi = product(M[0, 2:] - M[1, 2:], vectors) / (parameters.rho * chain.L_R)
     arm = np.append(0.0, np.cumsum(chain.lengths))
     lever = arm[-1] - arm[:-1]  # from each hinge to the tip
     return Vibration(
@@ -88,7 +89,7 @@ def vibration(chain: ChainModel, parameters: Parameters, n: int = 3) -> Vibratio
         Phi=Phi,
         moment=X - chain.clamp * Phi,
         tip=across[-1],
-        compliance=float(lever @ np.linalg.solve(K[2:, 2:], lever)),
+        compliance=float(product(lever, solve(K[2:, 2:], lever))),
     )
 
 
@@ -135,30 +136,31 @@ def modes_of_chain(chain: ChainModel, n: int = 3, step: float = 1e-3) -> Assumed
     M = mass_matrix(model, np.zeros(model.nq))
     angle = np.cumsum(V, axis=0)  # (N, n) of the segments
     cover = _lever_within(chain, beam)  # (B, N) length of each segment that carries each body
-    across = cover @ angle  # (B, n) transverse displacement of the centres of mass
+    across = product(cover, angle)  # (B, n) transverse displacement of the centres of mass
     mass = np.full(n, p.m_b)  # by the scale of the modes
-    spread = np.einsum("b,bi,bj->ij", beam.mass, across, across)
+    spread = product((beam.mass[:, None] * across).T, across)
+    carried, turned = product(beam.mass, cover), product(beam.mass * beam.x, cover)  # (N,), (N,)
     return AssumedModes(
         L_R=p.L_R,
         reach=p.reach,
         A=p.I_m1 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b),
         J=hub.about_axis + beam.about_axis,
         I_m2=p.I_m2,
-        first_moment=float(hub.mass @ hub.x + beam.mass @ beam.x),
+        first_moment=float(product(hub.mass, hub.x) + product(beam.mass, beam.x)),
         F_1=float(model.dof_damping[0]),
         F_2=float(model.dof_damping[1]),
         r_1=p.r_1,
         r_2=p.r_2,
-        P=(M[0, 2:] - M[1, 2:]) @ V / p.L_R,
-        X=M[1, 2:] @ V,
+        P=product(M[0, 2:] - M[1, 2:], V) / p.L_R,
+        X=product(M[1, 2:], V),
         mass=mass,
         inverse_mass=1 / mass,
         stiffness=found.clamped**2 * mass,
-        damping=V.T @ (model.dof_damping[2:, None] * V),
-        M=angle.T @ ((beam.mass @ cover)[:, None] * angle),  # -2 sum of mass times shortening
-        N=np.diag(mass) - spread + angle.T @ (((beam.mass * beam.x) @ cover)[:, None] * angle),
+        damping=product(V.T, model.dof_damping[2:, None] * V),
+        M=product(angle.T, carried[:, None] * angle),  # -2 sum of mass times shortening
+        N=np.diag(mass) - spread + product(angle.T, turned[:, None] * angle),
         tip=found.tip.copy(),
-        slope=angle.T @ (chain.lengths[:, None] * angle),
+        slope=product(angle.T, chain.lengths[:, None] * angle),
         step=step,
     )
 

@@ -27,11 +27,16 @@ from flexsim.mjcf.chain_file import (
 from flexsim.mjcf.designed import designed_chain
 from flexsim.mjcf.edits import without_damping
 from flexsim.mjcf.linear_checks import require_linear
+from flexsim.numerics.dense import product
+from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
+
+GAUSS_POINTS = 24  # to a segment: modes 1 to 3 times a line, to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +115,7 @@ class ChainPlant:
             joint=theta.copy(),
             v=across[:, -1].copy(),
             tip=in_world(c.L_R, theta, along[:, -1:], across[:, -1:])[:, 0],
-            modal=across @ self.projection(MODES_SHOWN).T,
+            modal=product(across, self.projection(MODES_SHOWN).T),
             energy=_energies(c.model, states[:, :nq], states[:, nq:])
             if energy
             else np.full(len(states), np.nan),
@@ -161,9 +166,9 @@ class ChainPlant:
         angle = np.cumsum(states[:, 2 : c.model.nq], axis=1)
         ends = np.zeros((len(states), 2))
         along = np.hstack(
-            [ends + np.array([c.clamp, c.root]), c.root + np.cumsum(c.lengths * np.cos(angle), 1)]
+            [ends + np.array([c.clamp, c.root]), c.root + np.cumsum(c.lengths * cos(angle), 1)]
         )
-        across = np.hstack([ends, np.cumsum(c.lengths * np.sin(angle), axis=1)])
+        across = np.hstack([ends, np.cumsum(c.lengths * sin(angle), axis=1)])
         return along, across
 
     def projection(self, n: int) -> Array:
@@ -173,15 +178,15 @@ class ChainPlant:
         """
         c = self.chain
         nodes = np.concatenate([[0.0], c.hinges, [c.reach - c.clamp]])
-        node, weight = np.polynomial.legendre.leggauss(24)
+        node, weight = gauss_legendre(GAUSS_POINTS)
         matrix = np.zeros((n, len(nodes)))
         length = nodes[-1]
         for j, (start, end) in enumerate(pairwise(nodes)):
             u = (node + 1) / 2
             weighted = weight[:, None] / 2 * (end - start) / length
             chi = weighted * mode_shapes(n, (start + u * (end - start)) / length)
-            matrix[:, j] += (1 - u) @ chi
-            matrix[:, j + 1] += u @ chi
+            matrix[:, j] += product(1 - u, chi)
+            matrix[:, j + 1] += product(u, chi)
         return matrix
 
 
@@ -194,5 +199,6 @@ def _energies(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:
         data.qpos[:] = q
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, full)
-        energies[k] = w @ full @ w / 2 + model.jnt_stiffness @ (q - model.qpos_spring) ** 2 / 2
+        energies[k] = product(w, product(full, w)) / 2
+        energies[k] += product(model.jnt_stiffness, (q - model.qpos_spring) ** 2) / 2
     return energies

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -22,7 +23,14 @@ from flexsim.errors import ParameterError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import without_damping
-from flexsim.numerics.step_limits import POSES, fastest_decay, halved, longest_rk4_step
+from flexsim.numerics.dense import product
+from flexsim.numerics.step_limits import (
+    POSES,
+    fastest_decay,
+    halved,
+    longest_rk4_step,
+    longest_step,
+)
 from flexsim.numerics.types import Array
 from flexsim.plants import assumed_modes
 from flexsim.plants.assumed_modes import AssumedModes
@@ -128,6 +136,16 @@ class AssumedModesPlant:
         """Step below which RK4 is stable near rest [s]."""
         return longest_rk4_step(self.highest_frequency, self.fastest_decay)
 
+    def longest_held_step(self, friction: tuple[float, float]) -> float:
+        """Return the step below which RK4 is stable near rest, friction held over it [s].
+
+        friction: of the motors' torques, the steepest [N m s/rad].
+        """
+        linear = [self.linearised(float(pose)) for pose in POSES]
+        at_start = np.zeros_like(linear[0].D)
+        at_start[[0, 1], [0, 1]] = friction * np.diag(linear[0].S[:2])
+        return longest_step("RK4", [(each.M, each.D, each.K) for each in linear], at_start)
+
     @cached_property
     def drawn(self) -> tuple[Array, Array]:
         """Points along the hub's axis (P,) [m] and the modes' displacements there (P, n)."""
@@ -157,7 +175,7 @@ class AssumedModesPlant:
         eta = states[:, 2 : 2 + n]
         reached, v = self.deflection(states[:, : 2 + n])
         along, shapes = self.drawn
-        across = eta @ shapes.T  # (K, P)
+        across = product(eta, shapes.T)  # (K, P)
         return Observation(
             joint=states[:, :2].copy(),
             v=v,
@@ -172,7 +190,8 @@ class AssumedModesPlant:
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, n+2) [m]."""
         p, eta = self.coefficients, q[:, 2:]
-        return p.reach - np.einsum("ki,ij,kj->k", eta, p.slope, eta) / 2, eta @ p.tip
+        shortening = np.sum(product(eta, p.slope) * eta, axis=1) / 2
+        return p.reach - shortening, product(eta, p.tip)
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad]."""
@@ -181,7 +200,7 @@ class AssumedModesPlant:
         pose[1] = theta2
         D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
         if self.printed and self.misprints & SQUARE_46:  # theta1' for its square stays at rest
-            D[2:, 0] = p.L_R * np.sin(theta2) * p.P
+            D[2:, 0] = p.L_R * math.sin(theta2) * p.P
         K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
         S = np.zeros((m, 2))
         S[0, 0], S[1, 1] = p.r_1, p.r_2

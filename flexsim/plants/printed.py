@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexsim.numerics.dense import dot, eliminate, times
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
@@ -71,10 +72,10 @@ def printed_mass(p: PrintedModes, q: Array) -> Array:
     n = p.P.shape[0]
     eta = q[2:]
     s, c = np.sin(q[1]), np.cos(q[1])
-    M_e = p.M @ eta
-    quadratic = np.dot(eta, M_e)
-    J2 = p.J + np.dot(p.mass * eta, eta) - np.dot(eta, p.N @ eta)
-    coupling = p.L_R * (c * p.first_moment - s * np.dot(p.P, eta))
+    M_e = times(p.M, eta)
+    quadratic = dot(eta, M_e)
+    J2 = p.J + dot(p.mass * eta, eta) - dot(eta, times(p.N, eta))
+    coupling = p.L_R * (c * p.first_moment - s * dot(p.P, eta))
     sign = 1.0 if p.misprints & MASS_37 else -1.0
     H = np.zeros((n + 2, n + 2))
     H[0, 0] = p.A + J2 + 2.0 * coupling - p.L_R * c * quadratic  # (36)
@@ -121,10 +122,10 @@ def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     eta, d = q[2:], w[2:]
     w1, w2 = w[0], w[1]
     Ls, Lc = p.L_R * np.sin(q[1]), p.L_R * np.cos(q[1])
-    M_e = p.M @ eta
-    e_M_e, e_M_d = np.dot(eta, M_e), np.dot(d, M_e)
-    spin = np.dot(p.mass * eta, d) - np.dot(d, p.N @ eta)
-    P_e, P_d = np.dot(p.P, eta), np.dot(p.P, d)
+    M_e = times(p.M, eta)
+    e_M_e, e_M_d = dot(eta, M_e), dot(d, M_e)
+    spin = dot(p.mass * eta, d) - dot(d, times(p.N, eta))
+    P_e, P_d = dot(p.P, eta), dot(p.P, d)
     sign = 1.0 if p.misprints & MASS_37 else -1.0  # of the eta'M terms that follow from (37)
     rate = 0.0 if p.misprints & SHORTENING_39 else 1.0  # of those from the corrected (39)
     C = np.zeros(n + 2)
@@ -132,7 +133,7 @@ def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     C[0] += 2.0 * w2 * (spin - Ls * P_d) + w2 * (sign - rate) * Lc * e_M_d
     C[0] += w2 * w2 * (-Ls * p.first_moment - sign * Ls / 2.0 * e_M_e - Lc * P_e)
     C[0] += 2.0 * w1 * w2 * (-Ls * p.first_moment + Ls / 2.0 * e_M_e - Lc * P_e)
-    C[0] -= rate * Ls * np.dot(d, p.M @ d)
+    C[0] -= rate * Ls * dot(d, times(p.M, d))
     C[1] = 2.0 * w1 * spin + w1 * (sign + rate) * Lc * e_M_d  # (45), a line each
     C[1] += w1 * w1 * (Ls * p.first_moment + Lc * P_e - Ls / 2.0 * e_M_e)
     C[1] += 2.0 * w2 * spin
@@ -155,8 +156,11 @@ def printed_acceleration(
     right = -printed_coriolis(p, q, w)
     right[0] += p.r_1 * tau_1 - p.F_1 * w[0]
     right[1] += p.r_2 * tau_2 - p.F_2 * w[1]
-    right[2:] -= printed_stiffness(p, q, w) @ q[2:] + p.damping @ w[2:]
-    a[:] = np.linalg.solve(printed_mass(p, q), right)
+    right[2:] -= times(printed_stiffness(p, q, w), q[2:]) + times(p.damping, w[2:])
+    for i in range(right.shape[0]):
+        a[i] = right[i]
+    if not eliminate(printed_mass(p, q), a.reshape(a.shape[0], 1)):
+        a[:] = np.nan  # a motion that has run away, which the loop sees
 
 
 @jit
@@ -169,7 +173,7 @@ def printed_forces(p: PrintedModes, q: Array, w: Array, a: Array, force: Array) 
     free, work = np.empty(q.shape[1]), np.empty(q.shape[1] - 2)
     for k in range(q.shape[0]):
         printed_acceleration(p, q[k], w[k], 0.0, 0.0, free, work)
-        force[k] = printed_mass(p, q[k]) @ (a[k] - free)
+        force[k] = times(printed_mass(p, q[k]), a[k] - free)
 
 
 def scaled_mass(H: Array, r_1: float, r_2: float) -> Array:

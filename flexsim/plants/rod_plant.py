@@ -38,7 +38,9 @@ from flexsim.mjcf.edits import without_damping
 from flexsim.mjcf.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel, moving_across, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
+from flexsim.numerics.dense import product
 from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.linear_plant import LinearPlant
@@ -121,7 +123,7 @@ class RodPlant:
             joint=theta.copy(),
             v=across[:, -1].copy(),
             tip=beam[:, -1].copy(),
-            modal=across @ self.projection(MODES_SHOWN).T,
+            modal=product(across, self.projection(MODES_SHOWN).T),
             energy=self.energies(states) if energy else np.full(len(states), np.nan),
             beam=beam,
         )
@@ -188,12 +190,12 @@ class RodPlant:
         """
         r = self.rod
         nodes = np.concatenate([[0.0], r.vertices[1:] - r.clamp]) / (r.reach - r.clamp)
-        point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        point, weight = gauss_legendre(GAUSS_POINTS)
         spans = np.diff(nodes)[:, None]
         x = (nodes[:-1, None] + spans * (point + 1) / 2).ravel()
         weighted = mode_shapes(n, x) * (spans * weight / 2).reshape(-1, 1)  # (X, n)
         hats = np.array([np.interp(x, nodes, row) for row in np.eye(len(nodes))])  # (N+2, X)
-        matrix: Array = (hats @ weighted).T
+        matrix: Array = product(hats, weighted).T
         return matrix
 
     def energies(self, states: Array) -> Array:
@@ -209,7 +211,8 @@ class RodPlant:
             data.qpos[:] = state[: model.nq]
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fullM(model, data, full)
-            energies[k] += state[model.nq :] @ full @ state[model.nq :] / 2
+            w = state[model.nq :]
+            energies[k] += product(w, product(full, w)) / 2
         return energies
 
     def bending_energies(self, states: Array) -> Array:
@@ -225,5 +228,5 @@ class RodPlant:
         a, b = edge[:, :-1], edge[:, 1:]
         cross = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
         curved = 2 * cross / (length[:, :-1] * length[:, 1:] + (a * b).sum(axis=2))  # (K, N)
-        energies: Array = curved**2 @ self.rod.bending
+        energies: Array = product(curved**2, self.rod.bending)
         return energies

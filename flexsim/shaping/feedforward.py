@@ -18,8 +18,10 @@ import numpy as np
 
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import LAWS, Friction, effective_torque
+from flexsim.numerics.elementary import tanh
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
+from flexsim.shaping.spectra import filter_responses, scaled
 
 Filters = Sequence[tuple[Array, Array]]
 
@@ -37,16 +39,19 @@ def errors_for(filters: Filters, torque: Array) -> Array:
     Raises:
         ParameterError: a filter lets a frequency through by less than NOTHING of its most.
     """
-    shift = np.exp(-2j * np.pi * np.fft.rfftfreq(len(torque)))  # z^-1
     errors = np.empty_like(torque)
     for j, (b, a) in enumerate(filters):
-        above, below = np.polyval(b[::-1], shift), np.polyval(a[::-1], shift)
+        above, below = (
+            filter_responses(np.ascontiguousarray(taps, dtype=float), len(torque))
+            for taps in (b, a)
+        )
         if np.abs(above).min() <= NOTHING * np.abs(above).max():
             raise ParameterError(
                 f"the filter of joint {j + 1} passes nothing at some frequency, so it has no "
                 "inverse; leave the filters out, or add a proportional part"
             )
-        errors[:, j] = np.fft.irfft(np.fft.rfft(torque[:, j]) * below / above, n=len(torque))
+        spectrum = scaled(np.fft.rfft(torque[:, j]), below, above)
+        errors[:, j] = np.fft.irfft(spectrum, n=len(torque))
     return errors
 
 
@@ -58,7 +63,7 @@ def motor_torque(friction: Friction, torque: Array, rates: Array) -> Array:
     """
     if friction.law != "opposing":
         return torque.copy()
-    resistance = np.array(friction.tau_0) * np.tanh(rates / friction.speed)
+    resistance = np.array(friction.tau_0) * tanh(rates / friction.speed)
     return torque + resistance + np.array(friction.mu) * rates
 
 

@@ -28,11 +28,14 @@ from flexsim.errors import ParameterError
 from flexsim.linear.linearise import linearise
 from flexsim.loop.friction import Friction
 from flexsim.loop.trajectories import Reference
+from flexsim.numerics.dense import product
+from flexsim.numerics.elementary import arctan2, cos, sin
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.shaping.feedforward import Filters, dithered_torque, errors_for, motor_torque
+from flexsim.shaping.spectra import Spectrum, inverse_responses, multiplied
 
 REST = 0.6  # [s] of rest put before and after, e^(-54 x 0.6) = 1e-14
 ITERATIONS = 30
@@ -94,7 +97,7 @@ def shaped_reference(
     extra = round(lead / period)
     motion = true_tip_motion(reference, plant, max(REST, lead))
     joint = motion.q[:, :2].copy()
-    joint[:, 1] += v_gain * np.arctan(motion.v / plant.parameters.reach)
+    joint[:, 1] += v_gain * arctan2(motion.v, plant.parameters.reach)
     first = int(np.searchsorted(motion.time, -(extra + 0.5) * period))
     if filters is not None:
         law = friction or Friction("none")
@@ -131,7 +134,7 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
         force = plant.needed_force(q, *_rates(q, h))
         step = _filtered(inverse, -force[:, 2:])
         bend = bend + step
-        change = float(np.abs(step @ linear.tip[2:]).max())
+        change = float(np.abs(product(step, linear.tip[2:])).max())
         if not change > CONVERGED:
             break
     if not change <= CONVERGED:
@@ -153,19 +156,17 @@ def _on_path(plant: Plant, reference: Reference, tip: Array, bend: Array) -> Arr
     L_R = plant.parameters.L_R
     q = np.hstack([np.zeros_like(tip), bend])
     along, v = plant.deflection(q)
-    chord = np.hypot(along, v)
+    chord = np.sqrt(along**2 + v**2)
     cosine = (np.sum(tip * tip, axis=1) - L_R**2 - chord**2) / (2 * L_R * chord)
     if not (np.abs(cosine) < 1).all():
         raise ParameterError(
             "the bent arm cannot reach the path; keep it farther from the straight or folded arm"
         )
-    elbow = np.arccos(cosine) * np.sign(reference.joint[0, 1])
-    first = np.arctan2(tip[:, 1], tip[:, 0]) - np.arctan2(
-        chord * np.sin(elbow), L_R + chord * np.cos(elbow)
-    )
+    elbow = arctan2(np.sqrt(1 - cosine**2), cosine) * np.sign(reference.joint[0, 1])
+    first = arctan2(tip[:, 1], tip[:, 0]) - arctan2(chord * sin(elbow), L_R + chord * cos(elbow))
     turns = np.round((reference.joint[0, 0] - first[0]) / (2 * np.pi))
     q[:, 0] = np.unwrap(first) + 2 * np.pi * turns
-    q[:, 1] = elbow - np.arctan2(v, along)
+    q[:, 1] = elbow - arctan2(v, along)
     return q
 
 
@@ -195,7 +196,7 @@ def _held(linear: LinearPlant, reach: float) -> tuple[Array, Array, Array]:
     )
 
 
-def _inverse_response(linear: LinearPlant, plant: Plant, samples: int, h: float) -> Array:
+def _inverse_response(linear: LinearPlant, plant: Plant, samples: int, h: float) -> Spectrum:
     """Return the beam's response (F, n, n) to forces, tip held, at the FFT's frequencies.
 
     Derivatives are those of `_rates`, so that the iteration ends at rounding.
@@ -210,14 +211,10 @@ def _inverse_response(linear: LinearPlant, plant: Plant, samples: int, h: float)
             "inversion exists; change the beam or its number of modes"
         )
     M, D, K = _held(linear, reach)
-    angle = 2 * np.pi * np.fft.rfftfreq(samples)[:, None, None]
-    inverse: Array = np.linalg.inv(
-        -((2 * np.sin(angle / 2) / h) ** 2) * M + 1j * np.sin(angle) / h * D + K
-    )
-    return inverse
+    return inverse_responses(M, D, K, h, samples)
 
 
-def _filtered(response: Array, x: Array) -> Array:
+def _filtered(response: Spectrum, x: Array) -> Array:
     """Return x (K, n) filtered by a response (F, n, n) over a period of K samples."""
     spectrum = np.fft.rfft(x, axis=0)
-    return np.fft.irfft(np.einsum("fij,fj->fi", response, spectrum), n=len(x), axis=0)
+    return np.fft.irfft(multiplied(response, spectrum), n=len(x), axis=0)

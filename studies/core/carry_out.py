@@ -27,6 +27,7 @@ from studies.core.folder import CONFIG, run_folder, to_json, write_config
 from studies.core.options import keep_file, show_differences
 from studies.core.study_options import StudyOptions
 from studies.core.table import Table
+from studies.core.text import spelled
 
 Config = TypeVar("Config", bound=StudyOptions)
 Asked = TypeVar("Asked", bound="AskedOptions")
@@ -143,7 +144,7 @@ class Study(Generic[Config, Result]):
         """Print the tables, the verdict and what lies in the folder."""
         show_tables(self.tables(result), out)
         out.print(self.verdict(result), soft_wrap=True)
-        out.print(f"{config.out}: {', '.join(contents(config.out))}", soft_wrap=True)
+        out.print(f"{spelled(config.out)}: {', '.join(contents(config.out))}", soft_wrap=True)
 
 
 @dataclass(frozen=True)
@@ -189,5 +190,5 @@ def contents(folder: Path) -> list[str]:
     found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
     shown = [name for name in found if name != CONFIG and not name.startswith(".")]
     if RECORDING in shown:
-        shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {folder})")
+        shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

@@ -19,9 +19,9 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
 
 from flexsim.numerics.cleanup import clean_up
+from studies.core.text import one_line
 
 INTERRUPTED, TERMINATED = 130, 143  # the shell's status for Ctrl-C and SIGTERM
 GRACE = 0.7  # [s] for the main thread to end by itself
@@ -134,9 +134,3 @@ def _end_now(number: int) -> None:
             shown += f"flexsim: {one_line(farewell())}\n"
         os.write(2, shown.encode(errors="backslashreplace"))
     os._exit(128 + number)
-
-
-def one_line(text: Any) -> str:
-    """Return a text as one line: white space is one blank, control characters are escaped."""
-    joined = " ".join(str(text).split())
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in joined)

@@ -20,6 +20,7 @@ from flexsim.mjcf.names import Names
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.table import Column, Table
+from studies.core.text import spelled
 
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
@@ -83,11 +84,12 @@ def show_differences(robot: Robot, out: Console | None = None) -> None:
     out = out or console()
     rows = differences(robot.given)
     if not rows:
-        out.print(f"{robot.given.source}: the same robot as the default")
+        out.print(f"{spelled(robot.given.source)}: the same robot as the default")
         return
     more = f"and {len(rows) - ROWS_SHOWN} more" if len(rows) > ROWS_SHOWN else ""
-    title = f"{robot.given.source} differs from the default:"
-    out.print(Table(rows[:ROWS_SHOWN], DIFFERENCES, title, more).render())
+    title = f"{spelled(robot.given.source)} differs from the default:"
+    plain = [Difference(*map(spelled, row)) for row in rows[:ROWS_SHOWN]]
+    out.print(Table(plain, DIFFERENCES, title, more).render())
 
 
 def keep_file(folder: Path, robot: Robot) -> None:

@@ -28,6 +28,7 @@ from flexsim.robot import Robot
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
 from studies.core.table import Column, Table, items
+from studies.core.text import spelled
 from studies.parity.modes import compared, source_of
 from studies.parity.motions import AMPLITUDES, BRISK, DURATION, GENTLE, POSE, trial_torque
 
@@ -264,7 +265,10 @@ def tables(result: CrosscheckResult) -> list[Table]:
     """Return a row per check."""
     return [
         Table(
-            result.checks, COLUMNS, f"Cross-check: {result.source}; relative, tips in m", tight=True
+            result.checks,
+            COLUMNS,
+            f"Cross-check: {spelled(result.source)}; relative, tips in m",
+            tight=True,
         )
     ]
 

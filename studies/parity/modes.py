@@ -24,6 +24,7 @@ from flexsim.robot import MODES, Robot
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
 from studies.core.table import Column, Table
+from studies.core.text import spelled
 
 HERTZ = 1 / (2 * np.pi)
 
@@ -213,7 +214,10 @@ def _shapes(result: ModesResult) -> Iterator[ShapeRow]:
 
 def tables(result: ModesResult) -> list[Table]:
     """Return frequencies, couplings and shapes."""
-    title = f"Chain: {result.source}; exact: the paper's beam\n\nClamped beam, frequencies (Hz)"
+    title = (
+        f"Chain: {spelled(result.source)}; exact: the paper's beam\n\n"
+        "Clamped beam, frequencies (Hz)"
+    )
     free = "Both joints free, straight arm, frequencies (Hz)"
     return [
         Table(_frequencies(result.clamped_hz), FREQUENCIES, title),

@@ -8,20 +8,20 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import mujoco
-
 from flexsim.arm.beam import modal_integrals
 from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import highest_frequency
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
+from flexsim.mjcf.designed import compiled
 from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
 from flexsim.robot import MODES, SEGMENTS
 from studies.core.console import console
 from studies.core.folder import to_json
 from studies.core.table import Column, Table
+from studies.core.text import spelled
 
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
 
@@ -75,7 +75,7 @@ def run(config: ChainConfig) -> ChainResult:
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
     text = chain_mjcf(parameters, design, config.timestep)
-    omega = highest_frequency(mujoco.MjModel.from_xml_string(text))
+    omega = highest_frequency(compiled(text))
     if config.timestep * omega >= RK4_LIMIT:
         longest = SHOWN_STEP * RK4_LIMIT / omega
         raise ParameterError(
@@ -100,7 +100,8 @@ def command(config: ChainConfig) -> None:
         return
     kind = "plain" if config.plain else "tuned"
     out = console()
-    out.print(f"{path}: {kind} chain of {config.segments} segments", soft_wrap=True)  # path whole
+    title = f"{spelled(path)}: {kind} chain of {config.segments} segments"
+    out.print(title, soft_wrap=True)  # a long path stays whole
     out.print(table(result).render())
 
 

@@ -19,6 +19,7 @@ from flexsim.numerics.files import MIB, read_text
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
 from studies.core.options import RobotOptions, show_differences
+from studies.core.text import spelled
 
 ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
@@ -136,6 +137,6 @@ def command(config: DriveConfig) -> None:
         show_differences(config.robot_of())
         x, y = motion.tip[-1]
         print(
-            f"{config.out}: {len(motion.time)} rows of the {motion.plant} plant; tip ends at "
-            f"({x:.6f}, {y:.6f}) m, largest |v| {1e3 * summary['max_v']:.3f} mm"
+            f"{spelled(config.out)}: {len(motion.time)} rows of the {motion.plant} plant; "
+            f"tip ends at ({x:.6f}, {y:.6f}) m, largest |v| {1e3 * summary['max_v']:.3f} mm"
         )

@@ -26,6 +26,7 @@ from studies.core.console import console
 from studies.core.ending import NOTHING_KEPT, saying
 from studies.core.options import ROBOT_FILE, NameOptions, show_differences
 from studies.core.study_options import check_threads
+from studies.core.text import spelled
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
 from studies.tuning.genetic import Generation, OnGeneration, Search
@@ -216,7 +217,7 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
 def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
     """Give a function that shows each new generation on the terminal."""
     out = console(stderr=True)
-    columns = (BarColumn(bar_width=20), TextColumn("{task.description}"))
+    columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     most = tune_folder.most_generations(record.tuning)
     best = min((float(each.indices.min()) for each in record.generations), default=float("inf"))
     ran, started = 0, time.perf_counter()
@@ -299,4 +300,4 @@ def command(config: TuneConfig) -> None:
     if (table := tune_report.result_table(search)).rows:
         out.print(table.render())
     left = f"{tune_folder.GENERATIONS}, convergence.csv, figures/, convergence.rrd"
-    out.print(f"{folder}: {left}", soft_wrap=True)
+    out.print(f"{spelled(folder)}: {left}", soft_wrap=True)

@@ -19,6 +19,7 @@ import tyro
 
 from flexsim.errors import FlexsimError, ParameterError, RunError
 from studies.core.options import NameOptions
+from studies.core.text import one_line, spelled
 from studies.watch.files import Sleep, lasts, snapshots
 from studies.watch.report import json_line, show_save
 from studies.watch.save import Save, answered
@@ -135,7 +136,7 @@ class Watch:
 
 def complain(message: str) -> None:
     """Say in one line what is wrong."""
-    print(f"flexsim: {message}", file=sys.stderr, flush=True)
+    print(f"flexsim: {one_line(message)}", file=sys.stderr, flush=True)
 
 
 def display_of(config: WatchConfig) -> Display | None:
@@ -175,5 +176,5 @@ def command(config: WatchConfig) -> None:
     with contextlib.suppress(KeyboardInterrupt):
         watch = Watch(config, display_of(config))
         if not (config.once or config.json):
-            print(f"watching {config.file} (Ctrl-C ends it)", flush=True)
+            print(f"watching {spelled(config.file)} (Ctrl-C ends it)", flush=True)
         watch.run()

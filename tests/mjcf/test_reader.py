@@ -385,10 +385,11 @@ def test_a_file_that_lacks_six_things_is_told_all_six(
 
 
 def test_what_only_the_plant_takes_is_said_with_the_rest() -> None:
-    text = FOREIGN.replace('contype="0" conaffinity="0"', "").replace(
-        '<joint name="elbow"', '<joint range="-3 3" name="elbow"'
+    text = FOREIGN.replace(
+        '<joint name="elbow"', '<joint range="-3 3" frictionloss="0.1" name="elbow"'
     )
-    with pytest.raises(ModelError, match=r"6 things .*joint 'elbow' has a limited range; geom '0'"):
+    words = r"6 things .*joint 'elbow' has dry friction .*; joint 'elbow' has a limited range"
+    with pytest.raises(ModelError, match=words):
         load_arm(text=text)
 
 

@@ -159,10 +159,14 @@ CANNOT = {
         "joint 'joint2' has dry friction",
     ),
     "contacts": (
-        edited('contact="disable" gravity', "gravity").replace(
-            '<geom name="base" class="motor"', '<geom name="base" type="cylinder"'
-        ),
-        "geom 'base' can make contact",
+        edited('contact="disable" gravity', "gravity")
+        .replace(
+            '<geom name="base" class="motor"',
+            '<geom name="wall" type="box" pos="0.5 0.5 0" size="0.1 0.1 0.1"/>'
+            '<geom name="base" class="motor"',
+        )
+        .replace('<geom class="mark"/>', '<geom class="mark" conaffinity="1"/>'),
+        "a geom of 'segment6' can make contact with geom 'wall'",
     ),
     "gravity": (
         edited('gravity="disable" autoreset', "autoreset").replace(
@@ -191,12 +195,16 @@ CANNOT = {
     "no dampers": (edited('contact="disable"', 'contact="disable" damper="disable"'), "dampers"),
     "contact pair": (
         edited('contact="disable" gravity', "gravity")
-        .replace('name="tip"', 'name="tip"')
+        .replace('material="tip"/>', 'material="tip" name="end"/>')
+        .replace(
+            'name="base" class="motor" size="0.05 0.038" pos="0 0 -0.062"',
+            'name="base" class="motor" size="0.05 0.038" pos="0.3 0.3 0"',
+        )
         .replace(
             "<actuator>",
-            '<contact><pair name="knock" geom1="base" geom2="table"/></contact>\n  <actuator>',
+            '<contact><pair name="knock" geom1="base" geom2="end"/></contact>\n  <actuator>',
         ),
-        "contact pair 'knock'",
+        "geom '(base|end)' can make contact with geom '(base|end)'",
     ),
     "limited motor": (
         edited('joint="joint1" gear="1"', 'joint="joint1" gear="1" ctrlrange="-1 1"'),
@@ -207,6 +215,14 @@ CANNOT = {
         "joint 'hinge3' has no stiffness",
     ),
 }
+
+
+def test_geoms_that_reach_nothing_are_no_contact() -> None:
+    """A base that could touch, but stands below the arm; a post that it could reach is above."""
+    text = edited('contact="disable" gravity', "gravity").replace(
+        '<geom name="base" class="motor"', '<geom name="base" type="cylinder"'
+    )
+    assert AssumedModesPlant.of_chain(load_chain(text=text)).modes == 3
 
 
 @pytest.mark.parametrize("name", CANNOT)

@@ -21,7 +21,7 @@ from flexsim.mjcf.chain_file import load_chain
 from studies import main as command_line
 from studies.commands import COMMANDS
 from studies.core.ending import INTERRUPTED
-from studies.main import main, one_line
+from studies.main import main, unboxed
 from studies.tools import filter as filter_study
 
 ROUNDS = 3
@@ -164,7 +164,7 @@ RULED = """\
 
 @pytest.mark.parametrize("message", [BOXED, RULED])
 def test_messages_lose_their_frame(message: str) -> None:
-    assert one_line(message) == "Error parsing --n: no number"
+    assert unboxed(message) == "Error parsing --n: no number"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,128 @@
+"""Do the assumed modes follow a file's own motion? Tried under small torques, or refused.
+
+    >>> require_followed(plant, load_arm("models/chain6.xml"))
+
+What the equations do not have is refused by name where it is known (`flexsim.mjcf.linear_checks`).
+This is the last of the checks: that nothing else is amiss, and that the modes are enough. A hub
+lighter than the beam, or a heavy segment, moves otherwise than the first modes of a clamped beam;
+`discrete` damps what the equations do not; soft edges let a rod stretch.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from flexsim.errors import FlexsimError, ModelError
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import setting
+from flexsim.mjcf.arm_file import ArmFile
+from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.step_limits import one_step_map
+from flexsim.numerics.types import Array
+from flexsim.plants.modes_plant import AssumedModesPlant
+
+TORQUE = (0.02, 0.001)  # [N m] held
+POSE = (0.2, 1.0)  # [rad]
+DURATION = 0.2  # [s]
+STEPS_MOST = 20_000  # of the file's own; a motion of shorter ones is shorter
+FOLLOWED = 0.05  # relative, how far off the modes may be
+MODES_TRIED = 12  # at most, when more than those asked for are tried
+
+
+def require_followed(plant: AssumedModesPlant, arm: ArmFile) -> None:
+    """Raise a ModelError unless assumed modes follow their file's motion within FOLLOWED.
+
+    Args:
+        plant: of the consistent equations. arm: the file that it is made of.
+    """
+    off = deviation(arm, plant)
+    if off <= FOLLOWED:
+        return
+    more = range(plant.modes + 1, min(len(arm.motion(0.0)[0]) - 2, MODES_TRIED) + 1)
+    enough = next((n for n in more if _tried(arm, plant, n) <= FOLLOWED), None)
+    remedy = "" if enough is None else f"{enough} modes follow it (--modes {enough}); "
+    raise ModelError(
+        f"{arm.source}: {plant.modes} assumed modes are {100 * off:.3g} % off the {arm.kind}'s own "
+        f"motion under {TORQUE[0]:g} and {TORQUE[1]:g} N m, more than {100 * FOLLOWED:g} %"
+        f"{_damped(arm)}; {remedy}edit the file, or run the {arm.kind} alone (flexsim drive or "
+        f"tune with --plant {arm.kind})"
+    )
+
+
+def _tried(arm: ArmFile, plant: AssumedModesPlant, modes: int) -> float:
+    """Return the deviation with more modes, inf where they cannot be stepped."""
+    try:
+        return deviation(arm, replace(plant, modes=modes, step=plant.step / 8))
+    except FlexsimError:
+        return math.inf
+
+
+@lru_cache(maxsize=256)
+def deviation(arm: ArmFile, plant: AssumedModesPlant) -> float:
+    """Return how far assumed modes are off a file's own motion, relative.
+
+    The largest of theta1, theta2 and the tip's place, the worst sample to the largest of its own,
+    and of v by root mean squares: torques set in at once, and of the waves that then run along the
+    beam a few modes have only the mean.
+    """
+    own = _own_motion(arm)
+    parts = max(1, math.ceil(arm.step / plant.step))
+    fine = replace(plant, step=arm.step / parts)
+    torque = np.tile(TORQUE, (len(own) - 1, 1))
+    try:
+        motion = drive(fine, setting("none"), torque, arm.step, POSE)
+    except FlexsimError:
+        return math.inf
+    found = np.column_stack([motion.joint, motion.tip, motion.v])
+    off, moved = found - own, own - own[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        angles = np.abs(off[:, :2]).max(axis=0) / np.abs(moved[:, :2]).max(axis=0)
+        tip = _norms(off[:, 2:4]).max() / _norms(moved[:, 2:4]).max()
+        bending = np.sqrt(np.mean(off[:, 4] ** 2) / np.mean(moved[:, 4] ** 2))
+    worst = max(*angles, tip, bending)
+    return math.inf if math.isnan(worst) else float(worst)
+
+
+def _norms(points: Array) -> Array:
+    return np.linalg.norm(points, axis=1)
+
+
+def _own_motion(arm: ArmFile) -> Array:
+    """Return theta1, theta2 [rad], the tip's x, y and v [m] (K+1, 5), as MuJoCo moves the file."""
+    model, data = arm.model, mujoco.MjData(arm.model)
+    steps = min(round(DURATION / arm.step), STEPS_MOST)
+    data.qpos[:] = 0.0
+    data.qpos[:2] = POSE
+    data.ctrl[:] = TORQUE
+    rows = np.empty((steps + 1, 5))
+    hub, tip = int(model.jnt_bodyid[1]), model.site("tip").id
+    with quiet_warnings():
+        for row in rows:
+            mujoco.mj_kinematics(model, data)
+            place = data.site_xpos[tip]
+            row[:2], row[2:4] = data.qpos[:2], place[:2]
+            row[4] = data.xmat[hub].reshape(3, 3)[:, 1] @ (place - data.xanchor[1])
+            mujoco.mj_step(model, data)
+    return rows
+
+
+def _damped(arm: ArmFile) -> str:
+    """Return what an integrator that damps does to the first mode, in words."""
+    if arm.integrator != "discrete":
+        return ""
+    M, D, K = arm.motion(POSE[1])
+    multipliers = np.linalg.eigvals(one_step_map("discrete", (M, D, K), arm.step, 0 * D))
+    rates = np.log(multipliers.astype(complex)) / arm.step
+    swinging = rates[rates.imag > 1.0]
+    ratios = -swinging.real / np.abs(swinging)
+    first = np.argsort(swinging.imag)[:3]
+    shown = ", ".join(f"{ratio:.2g}" for ratio in ratios[first])
+    return (
+        f"; its integrator discrete damps the first modes with ratios of {shown} at "
+        f"{1e3 * arm.step:g} ms, which a shorter timestep or RK4 does not"
+    )
