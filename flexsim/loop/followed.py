@@ -14,14 +14,13 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 
-import mujoco
 import numpy as np
 
 from flexsim.errors import FlexsimError, ModelError
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.arm_file import ArmFile
-from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.mjcf.own_motion import own_motion
 from flexsim.numerics.step_limits import one_step_map
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -70,7 +69,8 @@ def deviation(arm: ArmFile, plant: AssumedModesPlant) -> float:
     and of v by root mean squares: torques set in at once, and of the waves that then run along the
     beam a few modes have only the mean.
     """
-    own = _own_motion(arm)
+    steps = min(round(DURATION / arm.step), STEPS_MOST)
+    own = own_motion(arm, TORQUE, POSE, steps)
     parts = max(1, math.ceil(arm.step / plant.step))
     fine = replace(plant, step=arm.step / parts)
     torque = np.tile(TORQUE, (len(own) - 1, 1))
@@ -90,25 +90,6 @@ def deviation(arm: ArmFile, plant: AssumedModesPlant) -> float:
 
 def _norms(points: Array) -> Array:
     return np.linalg.norm(points, axis=1)
-
-
-def _own_motion(arm: ArmFile) -> Array:
-    """Return theta1, theta2 [rad], the tip's x, y and v [m] (K+1, 5), as MuJoCo moves the file."""
-    model, data = arm.model, mujoco.MjData(arm.model)
-    steps = min(round(DURATION / arm.step), STEPS_MOST)
-    data.qpos[:] = 0.0
-    data.qpos[:2] = POSE
-    data.ctrl[:] = TORQUE
-    rows = np.empty((steps + 1, 5))
-    hub, tip = int(model.jnt_bodyid[1]), model.site("tip").id
-    with quiet_warnings():
-        for row in rows:
-            mujoco.mj_kinematics(model, data)
-            place = data.site_xpos[tip]
-            row[:2], row[2:4] = data.qpos[:2], place[:2]
-            row[4] = data.xmat[hub].reshape(3, 3)[:, 1] @ (place - data.xanchor[1])
-            mujoco.mj_step(model, data)
-    return rows
 
 
 def _damped(arm: ArmFile) -> str:

@@ -1,0 +1,37 @@
+"""A file's own motion: MuJoCo's steps of it, called one by one, without a compiled loop of ours.
+
+>>> own_motion(load_arm("models/chain6.xml"), (0.02, 0.001), (0.2, 1.0), 200)[-1]
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from flexsim.mjcf.arm_file import ArmFile
+from flexsim.numerics.mujoco_c import quiet_warnings
+from flexsim.numerics.types import Array
+
+
+def own_motion(
+    arm: ArmFile, torque: tuple[float, float], theta: tuple[float, float], steps: int
+) -> Array:
+    """Return theta1, theta2 [rad], the tip's x, y and v [m] (K+1, 5) as MuJoCo moves a file.
+
+    Args:
+        arm: the file. torque: held, at the motors [N m]. theta: at rest at the start, the beam
+            straight [rad]. steps: K of the file's own.
+    """
+    model, data = arm.model, mujoco.MjData(arm.model)
+    data.qpos[:] = 0.0
+    data.qpos[:2], data.ctrl[:] = theta, torque
+    rows = np.empty((steps + 1, 5))
+    hub, tip = int(model.jnt_bodyid[1]), model.site("tip").id
+    with quiet_warnings():
+        for row in rows:
+            mujoco.mj_kinematics(model, data)
+            place = data.site_xpos[tip]
+            row[:2], row[2:4] = data.qpos[:2], place[:2]
+            row[4] = data.xmat[hub].reshape(3, 3)[:, 1] @ (place - data.xanchor[1])
+            mujoco.mj_step(model, data)
+    return rows
