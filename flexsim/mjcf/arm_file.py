@@ -234,9 +234,12 @@ def _refusal(source: str, found: list[str], linear: list[str] | None = None) -> 
 
 def require_stable_step(arm: ArmFile) -> None:
     """Raise a ModelError unless the file's step is within what its integrator can take."""
-    longest = arm.longest_step()
-    if arm.step >= longest:
+    try:
+        longest = arm.longest_step()
         omega, decay = arm.highest_frequency, fastest_decay(arm.motions)
+    except ModelError as error:
+        raise ModelError(f"{arm.source}: {error}") from None
+    if arm.step >= longest:
         damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
         raise ModelError(
             f"{arm.source}: timestep {arm.step:g} s is too long for {arm.integrator.upper()} with "

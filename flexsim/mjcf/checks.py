@@ -19,7 +19,9 @@ from flexsim.mjcf.linear_checks import together
 from flexsim.numerics.types import Array
 
 PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
-GEARS = (1e-6, 1e6)  # of motors, in magnitude: what squares and quotients of them can take
+GEARS = (1e-4, 1e4)  # of motors, in magnitude: what squares and quotients of them can take
+SHORTEST_TIMESTEP = 1e-6  # [s] a second of it takes a chain ten of a clock
+SINGULAR = 1e-13  # smallest to largest eigenvalue of a mass matrix: of rounding only
 NAMED = (  # what is addressed by name; the option that maps another name has ours
     ("joint", mujoco.mjtObj.mjOBJ_JOINT, ("joint1", "joint2")),
     ("site", mujoco.mjtObj.mjOBJ_SITE, ("hub", "tip")),
@@ -237,8 +239,10 @@ def _numbers(model: mujoco.MjModel) -> Iterator[str]:
             if not 0 <= value < np.inf:
                 name = getattr(model, kind)(i).name
                 yield f"{kind} {name!r} has {quantity} {value:g}; give a finite number, 0 or more"
-    if not 0 < model.opt.timestep < np.inf:
-        yield f"timestep is {model.opt.timestep:g} s; give more than 0"
+    step = float(model.opt.timestep)
+    if not SHORTEST_TIMESTEP <= step < np.inf:
+        least = "more than 0" if not step > 0 else f"{SHORTEST_TIMESTEP:g} or more"
+        yield f"timestep is {step:g} s; give {least}"
     for kind, quantity, vectors in (
         ("body", "pos", model.body_pos),
         ("body", "inertial pos", model.body_ipos),
@@ -405,5 +409,6 @@ def _inertia(model: mujoco.MjModel) -> Iterator[str]:
     mujoco.mj_makeM(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
-    if not np.isfinite(full).all() or np.linalg.eigvalsh(full).min() <= 0:
+    inertias = np.linalg.eigvalsh(full) if np.isfinite(full).all() else np.zeros(1)
+    if inertias[0] <= SINGULAR * inertias[-1]:
         yield "the mass matrix is singular: a joint moves nothing; give its bodies inertia"

@@ -152,7 +152,8 @@ class ChainPlant:
         data = mujoco.MjData(model)
         for k in range(len(q)):
             data.qpos[:], data.qvel[:], data.qacc[:] = q[k], w[k], a[k]
-            mujoco.mj_inverse(model, data)
+            with quiet_warnings():
+                mujoco.mj_inverse(model, data)
             force[k] = data.qfrc_inverse
         return force
 
@@ -197,7 +198,8 @@ def _energies(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:
     energies = np.empty(len(qpos))
     for k, (q, w) in enumerate(zip(qpos, qvel, strict=True)):
         data.qpos[:] = q
-        mujoco.mj_fwdPosition(model, data)
+        with quiet_warnings():
+            mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, full)
         energies[k] = product(w, product(full, w)) / 2
         energies[k] += product(model.jnt_stiffness, (q - model.qpos_spring) ** 2) / 2

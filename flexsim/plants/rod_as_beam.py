@@ -30,11 +30,8 @@ def require_uniform(rod: RodModel) -> None:
 
 
 def _dampers(rod: RodModel) -> Iterator[str]:
-    model = rod.model
-    if model.flex_damping.any():
+    if rod.model.flex_damping.any():  # MuJoCo allows vertices no other
         yield "the elasticity of the flex has damping"
-    names = [model.joint(int(i) + 2).name for i in np.flatnonzero(model.dof_damping[2:])]
-    yield from together("joint", names, "a damper")
 
 
 def _masses(rod: RodModel) -> Iterator[str]:

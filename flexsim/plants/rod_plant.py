@@ -209,7 +209,8 @@ class RodPlant:
         energies = self.bending_energies(states)
         for k, state in enumerate(states):
             data.qpos[:] = state[: model.nq]
-            mujoco.mj_fwdPosition(model, data)
+            with quiet_warnings():
+                mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fullM(model, data, full)
             w = state[model.nq :]
             energies[k] += product(w, product(full, w)) / 2

@@ -25,7 +25,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import vibration
 from flexsim.robot import MODES, Robot
 from studies.parity.modes import ModesResult, compared
-from studies.parity.motions import AMPLITUDES, POSE, trial_torque
+from studies.parity.motions import AMPLITUDES, POSE, fitting_torque
 
 SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
 
@@ -85,7 +85,7 @@ def answered(
         robot = Robot.of(path, beam, names=names)
         plants = robot.both()
         chain = plants[1].chain
-        torque = trial_torque(AMPLITUDES["small"])
+        torque = fitting_torque(plants[0], AMPLITUDES["small"])
         motions = [drive(plant, setting("none"), torque, theta=POSE) for plant in plants]
         modes = compared(robot)
         shapes = vibration(chain, robot.parameters, MODES).shapes

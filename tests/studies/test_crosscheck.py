@@ -11,8 +11,16 @@ import numpy as np
 import pytest
 from edits import DEFAULT, EDITS
 
-from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, load_chain
+from flexsim import (
+    AssumedModesPlant,
+    ChainPlant,
+    DivergenceError,
+    ParameterError,
+    Parameters,
+    load_chain,
+)
 from flexsim.mjcf.edits import without_damping
+from flexsim.robot import Robot
 from studies.main import main
 from studies.parity.crosscheck import (
     CHAIN_ENERGY_LIMIT,
@@ -24,7 +32,7 @@ from studies.parity.crosscheck import (
     energy_drift,
     run,
 )
-from studies.parity.motions import BRISK, GENTLE, trial_torque
+from studies.parity.motions import BRISK, GENTLE, fitting_torque, trial_torque
 
 ROOT = Path(__file__).parents[2]
 CHAIN6 = ROOT / "models" / "chain6.xml"
@@ -209,3 +217,30 @@ def test_verdicts_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     fails = sum(not check["ok"] for check in found["rungs"])
     holds = sum(check["ok"] and check["limit"] is not None for check in found["rungs"])
     assert (text.count("FAILS"), text.count("holds")) == (fails, holds)
+
+
+LIGHT_LINK = 'mass="1" diaginertia="0.25 0.25 0.25"', 'mass="1" diaginertia="0.002 0.002 0.002"'
+
+
+def test_torques_scale_with_a_light_arm(tmp_path: Path) -> None:
+    """So that it is not thrown through turns that tell nothing; the default's are as stated."""
+    path = tmp_path / "light.xml"
+    path.write_text(edited(*LIGHT_LINK).replace('mass="0.47"', 'mass="0.01"'))
+    light, usual = Robot.of(path).modes_plant(), Robot().modes_plant()
+    assert np.array_equal(fitting_torque(usual, 4.0), trial_torque(4.0))
+    share = np.abs(fitting_torque(light, 1.0)).max(axis=0) / np.abs(trial_torque(1.0)).max(axis=0)
+    assert share[0] < 0.2 and 0.2 < share[1] <= 1.0
+    result = run(CrosscheckConfig(mjcf=path))
+    assert all(np.isfinite(check.value) for check in result.checks)
+
+
+def test_a_motion_that_runs_away_fails_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def thrown(*_: object, **__: object) -> None:
+        raise DivergenceError("the chain plant ran away at t = 0.1 s")
+
+    monkeypatch.setattr("studies.parity.crosscheck.drive", thrown)
+    result = run(CrosscheckConfig())
+    failed = [check for check in result.checks if not check.ok]
+    assert [check.value for check in failed] == [np.inf] * len(failed)
+    assert "ran away at t = 0.1 s" in failed[0].name
+    assert any(check.ok and "clamped" in check.name for check in result.checks)
