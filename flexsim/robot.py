@@ -25,9 +25,9 @@ from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.bodies import parts
 from flexsim.mjcf.chain_file import ChainModel, motor_matrix
 from flexsim.mjcf.edits import changed, with_motors
-from flexsim.mjcf.linear_checks import require_linear
 from flexsim.mjcf.load import load_arm
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.linear_checks import require_linear
+from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.step_limits import halved

@@ -18,7 +18,7 @@ FLEXSIM = (  # a room imports only those before it
     "recording",
 )
 ROOM_MOST = 14  # files of a room, `__init__` not counted: about a dozen
-FULL = {"flexsim/mjcf": 19, "flexsim/numerics": 17}  # rooms that want a wall; no more than now
+FULL = {"flexsim/numerics": 17}  # rooms that want a wall; no more than now
 MUJOCO = {  # the rooms, and where else MuJoCo is at work
     "flexsim/mjcf/": "reads and writes its files",
     "flexsim/plants/": "steps its models",
@@ -28,7 +28,6 @@ MUJOCO = {  # the rooms, and where else MuJoCo is at work
     "studies/parity/crosscheck.py": "takes its accelerations apart, names its integrator",
     "studies/ladder/integrators.py": "is about its integrators",
     "studies/tools/benchmark.py": "times its bare steps",
-    "studies/tools/chain.py": "compiles the file it has written",
 }
 RERUN = ("flexsim/recording/", "studies/watch/")
 

@@ -2,7 +2,8 @@
 
     >>> require_followed(plant, load_arm("models/chain6.xml"))
 
-What the equations do not have is refused by name where it is known (`flexsim.mjcf.linear_checks`).
+What the equations do not have is refused by name where it is known, see
+`flexsim.mjcf.reading.linear_checks`.
 This is the last of the checks: that nothing else is amiss, and that the modes are enough. A hub
 lighter than the beam, or a heavy segment, moves otherwise than the first modes of a clamped beam;
 `discrete` damps what the equations do not; soft edges let a rod stretch.

@@ -24,11 +24,11 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
-from flexsim.mjcf.checks import before_compiling, reasons
-from flexsim.mjcf.limits import require_small
-from flexsim.mjcf.linear_checks import linear_reasons
-from flexsim.mjcf.names import Names
-from flexsim.mjcf.text import read_mjcf, with_includes
+from flexsim.mjcf.reading.checks import before_compiling, reasons
+from flexsim.mjcf.reading.limits import require_small
+from flexsim.mjcf.reading.linear_checks import linear_reasons
+from flexsim.mjcf.reading.names import Names
+from flexsim.mjcf.reading.text import read_mjcf, with_includes
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.step_limits import POSES, fastest_decay, longest_step

@@ -25,8 +25,8 @@ from flexsim.mjcf.arm_file import (
     read_arm,
     require_stable_step,
 )
-from flexsim.mjcf.checks import straight
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.checks import straight
+from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.step_limits import POSES
 from flexsim.numerics.types import Array
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from flexsim.mjcf.arm_file import given_text
 from flexsim.mjcf.chain_file import ChainModel, chain_of
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.names import Names
+from flexsim.mjcf.reading.text import is_rod
 from flexsim.mjcf.rod_file import RodModel, rod_of
-from flexsim.mjcf.text import is_rod
 
 
 def load_arm(

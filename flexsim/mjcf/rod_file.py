@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from flexsim.mjcf.arm_file import ArmFile, Given, Motion, given_text, read_arm, require_stable_step
 from flexsim.mjcf.chain_file import mass_matrix
-from flexsim.mjcf.checks import straight
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.checks import straight
+from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array

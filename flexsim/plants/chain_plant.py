@@ -26,7 +26,7 @@ from flexsim.mjcf.chain_file import (
 )
 from flexsim.mjcf.designed import designed_chain
 from flexsim.mjcf.edits import without_damping
-from flexsim.mjcf.linear_checks import require_linear
+from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.numerics.dense import product
 from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.mujoco_c import quiet_warnings

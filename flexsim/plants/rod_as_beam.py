@@ -13,7 +13,7 @@ import numpy as np
 from flexsim.errors import ModelError
 from flexsim.mjcf.as_parameters import beam_heads, parameters_of_rod
 from flexsim.mjcf.bodies import Bodies, parted
-from flexsim.mjcf.linear_checks import linear_reasons, together
+from flexsim.mjcf.reading.linear_checks import linear_reasons, together
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import rod_layout
 

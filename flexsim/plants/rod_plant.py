@@ -35,7 +35,7 @@ from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import mass_matrix, motor_matrix
 from flexsim.mjcf.designed import designed_rod
 from flexsim.mjcf.edits import without_damping
-from flexsim.mjcf.linear_checks import require_linear
+from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel, moving_across, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.dense import product

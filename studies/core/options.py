@@ -16,7 +16,7 @@ from rich.console import Console
 
 from flexsim.arm.parameters import Parameters
 from flexsim.mjcf.differences import Difference, differences
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.table import Column, Table

@@ -22,7 +22,7 @@ from flexsim.loop.friction import Friction
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -82,7 +82,7 @@ class Tuning:
             grow, see `studies.tuning.screened_draws`; 0 for no screening.
         modes: n. segments: N of the chain, None for 6 or the file's.
         mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
-        joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.names`.
+        joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
 
     Raises:
         ParameterError: an unknown name, a number out of range, what does not go together.

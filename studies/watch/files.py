@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexsim.errors import RunError
-from flexsim.mjcf.elements import elements
-from flexsim.mjcf.text import MOST_BYTES, included
+from flexsim.mjcf.reading.elements import elements
+from flexsim.mjcf.reading.text import MOST_BYTES, included
 from flexsim.numerics.files import read_regular
 
 Sleep = Callable[[float], None]

@@ -20,7 +20,7 @@ from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.differences import Difference, differences
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import vibration
 from flexsim.robot import MODES, Robot

@@ -9,7 +9,7 @@ from edits import DEFAULT, edited
 
 from flexsim import ModelError
 from flexsim.mjcf.chain_file import load_chain
-from flexsim.mjcf.text import with_includes
+from flexsim.mjcf.reading.text import with_includes
 from studies.main import main
 
 FOUND = re.search(r"<actuator>.*</actuator>", DEFAULT, re.DOTALL)

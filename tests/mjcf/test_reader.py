@@ -16,11 +16,11 @@ from processes import process
 
 from flexsim import ModelError
 from flexsim.mjcf.arm_file import ArmFile
-from flexsim.mjcf.elements import elements
-from flexsim.mjcf.limits import ELEMENTS, require_small
 from flexsim.mjcf.load import load_arm
-from flexsim.mjcf.names import Names
-from flexsim.mjcf.text import MOST_BYTES, with_includes
+from flexsim.mjcf.reading.elements import elements
+from flexsim.mjcf.reading.limits import ELEMENTS, require_small
+from flexsim.mjcf.reading.names import Names
+from flexsim.mjcf.reading.text import MOST_BYTES, with_includes
 from studies.main import main
 
 MODELS = Path(__file__).parents[2] / "models"

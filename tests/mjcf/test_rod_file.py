@@ -18,9 +18,9 @@ from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.mjcf.as_parameters import parameters_of_rod
 from flexsim.mjcf.differences import differences
+from flexsim.mjcf.reading.text import is_rod
 from flexsim.mjcf.rod_file import load_rod, rod_frequencies
 from flexsim.mjcf.rod_xml import rod_mjcf
-from flexsim.mjcf.text import is_rod
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.rod_plant import RodPlant
 from flexsim.robot import Robot

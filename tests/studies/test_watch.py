@@ -25,7 +25,7 @@ from rerun.chunk import RrdReader
 from flexsim import ModelError, RunError, load_chain
 from flexsim.mjcf import differences as mjcf_differences
 from flexsim.mjcf.designed import designed_chain
-from flexsim.mjcf.names import Names
+from flexsim.mjcf.reading.names import Names
 from studies.main import main
 from studies.watch import recording as watch_recording
 from studies.watch import viewer as watch_viewer

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flexsim.errors import ModelError, RunError
-from flexsim.mjcf.elements import ROOT, Element, elements
+from flexsim.mjcf.reading.elements import ROOT, Element, elements
 from flexsim.numerics.files import read_text
 
 MOST_BYTES = 2_000_000  # of a file with all that it includes: 200 times the default's

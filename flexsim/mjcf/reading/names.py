@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
-from flexsim.mjcf.elements import ATTRIBUTE, ROOT, Element, elements, plain, quoted
+from flexsim.mjcf.reading.elements import ATTRIBUTE, ROOT, Element, elements, plain, quoted
 from flexsim.numerics.mujoco_c import quiet_warnings
 
 PLACES = ("body", "worldbody", "frame", "replicate")  # that joints and sites are put in

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator
 
 from flexsim.errors import ModelError
-from flexsim.mjcf.elements import ROOT, Element, elements
+from flexsim.mjcf.reading.elements import ROOT, Element, elements
 
 ELEMENTS = 2000  # copies by <replicate> and points of <flexcomp> counted
 JOINTS = 256  # of bodies

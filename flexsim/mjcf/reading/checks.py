@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.mjcf.linear_checks import together
+from flexsim.mjcf.reading.linear_checks import together
 from flexsim.numerics.types import Array
 
 PLANE_TOLERANCE = 1e-9  # [m] how far from the x-axis of the arm an anchor may lie
