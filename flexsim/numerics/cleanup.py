@@ -66,11 +66,11 @@ def child(command: Sequence[str], **how: Any) -> Iterator[subprocess.Popen[bytes
     """
     settings: dict[str, Any] = {"stdin": subprocess.DEVNULL, "process_group": 0}
     process = subprocess.Popen(command, **settings | how)
-    with undone(lambda: _kill(process)):
+    with undone(lambda: kill_group(process)):
         yield process
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
+def kill_group(process: subprocess.Popen[bytes]) -> None:
     """Kill a process that leads a group, and its children, which may outlive it."""
     with suppress(ProcessLookupError, PermissionError):
         if hasattr(os, "killpg"):

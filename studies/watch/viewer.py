@@ -5,14 +5,13 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import socket
 import subprocess
 import time
 from urllib.parse import urlsplit
 
 from flexsim.errors import ParameterError, RunError
+from flexsim.numerics.cleanup import kill_group, undone
 from flexsim.recording.rerun_file import RERUN_TOOL
 
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
@@ -61,14 +60,14 @@ def start_viewer() -> None:
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    start = time.monotonic()
-    while process.poll() is None and not answers(DEFAULT_URL):
-        if time.monotonic() - start > STARTED:
-            os.killpg(process.pid, signal.SIGTERM)  # the tool and the viewer it started
-            process.wait()
-            break
-        time.sleep(0.1)
-    else:
-        time.sleep(STAYS)  # it listens before it opens its window
-    if process.poll() is not None:
+    stays = False
+    with undone(lambda: None if stays else kill_group(process)):  # with the viewer it started
+        start = time.monotonic()
+        while process.poll() is None and time.monotonic() - start < STARTED:
+            if answers(DEFAULT_URL):
+                time.sleep(STAYS)  # it listens before it opens its window
+                stays = process.poll() is None
+                break
+            time.sleep(0.1)
+    if not stays:
         raise RunError("the rerun viewer cannot start, as without a display")

@@ -7,6 +7,7 @@ import random
 import signal
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ SAID = {signal.SIGINT: "flexsim: interrupted; nothing was kept\n", signal.SIGTER
 STATUS = {signal.SIGINT: INTERRUPTED, signal.SIGTERM: TERMINATED}
 STUCK = """
 import ctypes, signal, sys
+from contextlib import suppress
 from pathlib import Path
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from flexsim.numerics.cleanup import child
@@ -114,6 +116,56 @@ def test_a_population_in_compiled_threads_is_ended(tmp_path: Path) -> None:
 def cpu_seconds(pid: int) -> float:
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+VIEWS = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from flexsim.recording import rerun_file
+from studies.watch import viewer
+nested = "import subprocess; subprocess.run(['sleep', '600'])"
+rerun_file.RERUN_TOOL = viewer.RERUN_TOOL = (sys.executable, "-c", nested)
+viewer.DEFAULT_URL = "rerun+http://127.0.0.1:1/proxy"
+from studies.main import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("words", ["view run.rrd", "watch my.xml"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_viewer_ends_with_its_command(words: str, number: signal.Signals, tmp_path: Path) -> None:
+    """And so does what it started; Ctrl-C is how both are ended, and no failure."""
+    (tmp_path / "run.rrd").touch()
+    (tmp_path / "my.xml").write_text(model_path("chain6.xml").read_text())
+    with process([sys.executable, "-c", VIEWS, *words.split()], cwd=tmp_path) as viewing:
+        wait_for(lambda: len(started_by(viewing.pid)) == 2, viewing)
+        viewers = started_by(viewing.pid)
+        sent = time.monotonic()
+        viewing.send_signal(number)
+        _, err = viewing.communicate(timeout=PATIENCE)
+        assert time.monotonic() - sent < WITHIN
+        assert (viewing.returncode, err) == (0 if number == signal.SIGINT else TERMINATED, "")
+        assert not any(map(running, viewers))
+
+
+def running(pid: int) -> bool:
+    """Return whether a process runs: it may be dead and wait for its parent to notice."""
+    try:
+        return Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def started_by(pid: int) -> list[int]:
+    """Return the children of a process that run, theirs, and so on."""
+    children = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
+            if int(parent) == pid and state != "Z":
+                child = int(stat.parent.name)
+                children += [child, *started_by(child)]
+    return children
 
 
 def test_ended_while_mujoco_compiles() -> None:
