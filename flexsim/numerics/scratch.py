@@ -31,7 +31,7 @@ if sys.platform != "win32":
 NEW, OLD = "new", "old"  # what is being made, and what it replaces
 MARKER = "flexsim-scratch.json"
 NAME = re.compile(r"\.flexsim-[0-9a-f]{16}")
-UNMARKED = 60.0  # [s] after which an empty one is taken for left behind, not for just made
+UNMARKED = 10.0  # [s] after which an empty one is taken for left behind, not for just made
 MARKER_MOST = 1 << 16  # [bytes]
 
 

@@ -140,6 +140,9 @@ def require_startable(out: Path, force: bool) -> None:
     if out.is_dir():
         with locked(out):
             pass
+    parent = next(each for each in out.absolute().parents if each.exists())
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise RunError(f"{out}: cannot write there: Permission denied")
 
 
 def start(
