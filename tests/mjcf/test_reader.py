@@ -196,6 +196,21 @@ def test_includes_that_cannot_be_read_are_one_line(tmp_path: Path) -> None:
             ),
             "elements, most of them <flexcomp>",
         ),
+        (
+            rod(
+                "<worldbody>",
+                '<worldbody><body name="b"><flexcomp name="f" type="direct" dim="1" '
+                f'point="{"0 " * 60_000}" element="0 1"/></body>',
+            ),
+            "elements, most of them <flexcomp>",
+        ),
+        (chain("<asset>", "<asset>" + '<mesh builtin="sphere" params="4"/>' * 30), "20 meshes"),
+        (chain("<asset>", f'<asset><mesh vertex="{"0 " * 90_000}"/>'), "20,000 vertices"),
+        (chain("<asset>", '<asset><mesh name="m"><plugin instance="t"/></mesh>'), "plugin builds"),
+        (
+            chain("<actuator>", "<actuator>" + '<muscle joint="hinge1"/>' * 60),
+            "more than 50 actuators",
+        ),
         (chain("<worldbody>", '<size memory="100G"/><worldbody>'), "<size> has memory '100G'"),
         (chain("<worldbody>", '<size nuserdata="2000000000"/><worldbody>'), "nuserdata"),
         (

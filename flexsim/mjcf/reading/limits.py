@@ -21,6 +21,8 @@ JOINTS = 256  # of bodies
 DEPTH = 300  # of elements within others
 PIXELS = 2**24  # of all textures together: 16 of 1024 x 1024
 HEIGHTS = 10**6  # of all height fields together
+MESHES, CORNERS = 20, 20_000  # meshes; vertices of all together
+ACTUATORS = 50  # whose ranges of length may be simulated
 RESOLUTION = 64.0  # of a mesh that MuJoCo builds
 RECORDS = 10**5  # numbers that an attribute sets aside
 MEMORY = 2**28  # bytes
@@ -60,8 +62,21 @@ def _reasons(found: list[Element]) -> Iterator[str]:
     heights = sum(_product(each, ("nrow", "ncol")) for each in found if each.tag == "hfield")
     if heights > HEIGHTS:
         yield f"has height fields of more than {HEIGHTS:,} heights (nrow, ncol); make them smaller"
+    yield from _of_meshes(found)
+    acting = sum(found[each.parent].tag == "actuator" for each in found if each.parent != ROOT)
+    if acting > ACTUATORS:
+        yield f"has more than {ACTUATORS} actuators; the arm needs two"
     for element in found:
         yield from _of_one(element)
+
+
+def _of_meshes(found: list[Element]) -> Iterator[str]:
+    meshes = [element for element in found if element.tag == "mesh"]
+    corners = sum(len(each.attributes.get("vertex", "").split()) / 3 for each in meshes)
+    if len(meshes) > MESHES or corners > CORNERS:
+        yield f"has more than {MESHES} meshes or {CORNERS:,} vertices of them; leave them out"
+    if any(each.tag == "plugin" and found[each.parent].tag == "mesh" for each in found):
+        yield "has a mesh that a plugin builds; leave it out"
 
 
 def _of_one(element: Element) -> Iterator[str]:
@@ -106,9 +121,11 @@ def _copies(found: list[Element]) -> list[float]:
 
 def _points(element: Element) -> float:
     """Return how many elements an element is: a <flexcomp> has a body and joints per point."""
-    if element.tag not in ("flexcomp", "composite"):
+    if element.tag not in ("flex", "flexcomp"):
         return 1.0
-    return math.prod(max(1.0, value) for value in _numbers(element.attributes.get("count", "")))
+    listed = max(len(element.attributes.get(name, "").split()) for name in ("point", "vertex"))
+    count = math.prod(max(1.0, value) for value in _numbers(element.attributes.get("count", "")))
+    return max(count, listed / 3)
 
 
 def _pixels(element: Element) -> float:
