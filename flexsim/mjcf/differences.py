@@ -48,7 +48,11 @@ FLAGS = {
     "contact": mujoco.mjtDisableBit.mjDSBL_CONTACT,
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
-    "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
+    "constraint": mujoco.mjtDisableBit.mjDSBL_CONSTRAINT,
+    "limit": mujoco.mjtDisableBit.mjDSBL_LIMIT,
+    "frictionloss": mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS,
+    "clampctrl": mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL,
+    "eulerdamp": mujoco.mjtDisableBit.mjDSBL_EULERDAMP,
 }
 ACTUATOR = (
     ("ctrlrange", "N m"),

@@ -12,10 +12,9 @@ from flexsim.arm.beam import modal_integrals
 from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.mjcf.chain_file import highest_frequency
+from flexsim.mjcf.chain_file import highest_frequency, longest_step
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
 from flexsim.mjcf.designed import compiled
-from flexsim.numerics.step_limits import RK4_LIMIT
 from flexsim.numerics.types import Array
 from flexsim.robot import MODES, SEGMENTS
 from studies.core.console import console
@@ -58,11 +57,8 @@ class ChainResult:
     """(3,) of the clamped beam [rad/s]."""
     highest_frequency: float
     """Of the compiled chain with both joints free, over poses of joint 2 [rad/s]."""
-
-    @property
-    def longest_step(self) -> float:
-        """Longest step of RK4 on this chain [s]."""
-        return RK4_LIMIT / self.highest_frequency
+    longest_step: float
+    """Longest step of RK4 on this chain, friction of its joints included [s]."""
 
 
 def run(config: ChainConfig) -> ChainResult:
@@ -75,15 +71,15 @@ def run(config: ChainConfig) -> ChainResult:
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
     text = chain_mjcf(parameters, design, config.timestep)
-    omega = highest_frequency(compiled(text))
-    if config.timestep * omega >= RK4_LIMIT:
-        longest = SHOWN_STEP * RK4_LIMIT / omega
+    model = compiled(text)
+    omega, longest = highest_frequency(model), longest_step(model) or math.inf
+    if config.timestep >= longest:
         raise ParameterError(
             f"timestep is {config.timestep:g} s; RK4 on {config.segments} segments, with a highest "
-            f"frequency of {omega:.0f} rad/s, needs {longest:.3g} s or less"
+            f"frequency of {omega:.0f} rad/s, needs {SHOWN_STEP * longest:.3g} s or less"
         )
     beam = modal_integrals(parameters, MODES)
-    return ChainResult(config, design, text, beam.frequency, omega)
+    return ChainResult(config, design, text, beam.frequency, omega, longest)
 
 
 def command(config: ChainConfig) -> None:

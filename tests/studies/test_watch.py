@@ -220,6 +220,18 @@ def test_a_deleted_file_is_awaited(capsys: pytest.CaptureFixture[str]) -> None:
     assert [answer["ok"] for answer in found] == [True, False, True]
 
 
+def test_what_never_ends_or_never_begins_is_no_include(capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo("pipe")
+    for name, words in (("/dev/zero", "a device"), ("pipe", "a pipe"), (".", "a folder")):
+        write(f'<mujoco><include file="{name}"/></mujoco>')
+        seen = snapshot_of(Path("my.xml"))
+        assert list(seen.contents.values())[1:] == [None]
+        with pytest.raises(SystemExit, match="2"):
+            main(["watch", "my.xml", "--once", "--no-viewer"])
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and f"it is {words}" in said
+
+
 @pytest.mark.usefixtures("quick")
 def test_included_files_are_watched(capsys: pytest.CaptureFixture[str]) -> None:
     write("<mujoco><!-- <include file='old.xml'/> --><include file='arm.xml'/></mujoco>")
