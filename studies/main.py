@@ -66,8 +66,8 @@ def _close_stdout() -> None:
 
 def _carried_out(name: str, words: list[str], ends: bool) -> int:
     """Return the status of a command, which signals end at any moment, the process if it `ends`."""
+    from flexsim.files.private import private_folder
     from flexsim.numerics.blas import one_thread
-    from flexsim.numerics.private import private_folder
     from studies.core import ending
 
     one_thread()  # before numpy is loaded

@@ -18,6 +18,7 @@ import numpy as np
 from flexsim.arm.chain_design import ChainDesign
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError, RunError
+from flexsim.files.atomic import require_replaceable, write_text
 from flexsim.mjcf.arm_xml import (
     BENT_TIP,
     HOME,
@@ -30,7 +31,6 @@ from flexsim.mjcf.arm_xml import (
     sensors,
     worldbody,
 )
-from flexsim.numerics.atomic import require_replaceable, write_text
 
 STRIP_WIDTH = 0.02  # [m] of the steel strip that (24) and (26) fit; stands on edge, along z
 STRIP_THICKNESS = 0.001  # [m]

@@ -1,1 +1,1 @@
-"""Machinery below any robot: compiling, MuJoCo's C functions, clocks, steps, files."""
+"""Machinery below any robot: compiling, MuJoCo's C functions, linear algebra, clocks, steps."""

@@ -22,7 +22,7 @@ from typing import Any
 
 import numba
 
-from flexsim.numerics.private import claimed, private_folder
+from flexsim.files.private import claimed, private_folder
 
 if sys.platform != "win32":
     import fcntl

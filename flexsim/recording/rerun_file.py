@@ -13,8 +13,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from flexsim.errors import FlexsimError, RunError
-from flexsim.numerics.atomic import write_bytes
-from flexsim.numerics.cleanup import child
+from flexsim.files.atomic import write_bytes
+from flexsim.files.cleanup import child
 
 APPLICATION = "flexsim"
 # `python -m rerun_cli` would do, but ends with status 0 whatever happened

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-from flexsim.numerics.cleanup import clean_up
+from flexsim.files.cleanup import clean_up
 from studies.core.text import one_line
 
 INTERRUPTED, TERMINATED = 130, 143  # the shell's status for Ctrl-C and SIGTERM

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from flexsim.numerics.atomic import replacing
+from flexsim.files.atomic import replacing
 from flexsim.recording.traces import kind, spoken
 
 # Okabe and Ito's colours, which the colour-blind tell apart

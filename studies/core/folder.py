@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from flexsim.errors import RunError
-from flexsim.numerics.cleanup import committing, undone
-from flexsim.numerics.scratch import NEW, OLD, scratch
+from flexsim.files.cleanup import committing, undone
+from flexsim.files.scratch import NEW, OLD, scratch
 from studies.core.marker import require_ours, sign
 
 CONFIG = "config.json"

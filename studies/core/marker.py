@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from flexsim.errors import RunError
-from flexsim.numerics.files import MIB, read_regular
-from flexsim.numerics.scratch import is_scratch, sweep
+from flexsim.files.reading import MIB, read_regular
+from flexsim.files.scratch import is_scratch, sweep
 
 MARKER = ".flexsim-run"
 MARKER_MOST = 16 * MIB

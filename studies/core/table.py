@@ -25,7 +25,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table as Grid
 from rich.text import Text
 
-from flexsim.numerics.atomic import write_text
+from flexsim.files.atomic import write_text
 
 ACROSS = "plant"  # what rows on one line differ in
 BESIDE = " | "  # between the plants of a cell

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from flexsim.errors import ParameterError, RunError
+from flexsim.files.atomic import require_replaceable, write_text
+from flexsim.files.reading import MIB, read_text
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
-from flexsim.numerics.atomic import require_replaceable, write_text
-from flexsim.numerics.files import MIB, read_text
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
 from studies.core.options import RobotOptions, show_differences

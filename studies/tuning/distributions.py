@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
-from flexsim.numerics.files import MIB, read_text
+from flexsim.files.reading import MIB, read_text
 from flexsim.numerics.types import Array
 
 NAMES = ("k1", "nu1", "k2", "nu2", "k3", "k4", "nu4", "k5", "nu5", "k6")  # as in Table 1

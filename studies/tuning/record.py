@@ -30,8 +30,8 @@ if sys.platform != "win32":
     import fcntl
 
 from flexsim.errors import FlexsimError, RunError
+from flexsim.files.reading import MIB, read_regular
 from flexsim.mjcf.reading.names import Names
-from flexsim.numerics.files import MIB, read_regular
 from studies.core.folder import CONFIG, require_free, run_folder, versions, write_config
 from studies.tuning.distributions import NAMES, Distribution, draw_of
 from studies.tuning.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flexsim.errors import RunError
-from flexsim.numerics.atomic import write_text
+from flexsim.files.atomic import write_text
 from flexsim.numerics.types import Array
 from flexsim.recording.tuning_rrd import write_convergence
 from studies.core.figures import BLUE, FONT, GREEN, ORANGE, canvas, finish, save

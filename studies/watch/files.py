@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexsim.errors import RunError
+from flexsim.files.reading import read_regular
 from flexsim.mjcf.reading.elements import elements
 from flexsim.mjcf.reading.text import MOST_BYTES, included
-from flexsim.numerics.files import read_regular
 
 Sleep = Callable[[float], None]
 Stamp = tuple[int, int, int] | None  # of a file: modified [ns], size, inode; None if it is gone

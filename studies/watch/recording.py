@@ -19,7 +19,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from flexsim.errors import RunError
-from flexsim.numerics.atomic import require_replaceable
+from flexsim.files.atomic import require_replaceable
 from flexsim.recording.case import Case
 from flexsim.recording.layout import _plot, _scene
 from flexsim.recording.rerun_file import (

@@ -11,7 +11,7 @@ import time
 from urllib.parse import urlsplit
 
 from flexsim.errors import ParameterError, RunError
-from flexsim.numerics.cleanup import kill_group, undone
+from flexsim.files.cleanup import kill_group, undone
 from flexsim.recording.rerun_file import RERUN_TOOL
 
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"

@@ -213,7 +213,7 @@ def test_writer_leaves_nothing_behind_when_it_fails(
     def refuse(source: str, target: Path) -> None:
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr("flexsim.numerics.atomic.os.link", refuse)
+    monkeypatch.setattr("flexsim.files.atomic.os.link", refuse)
     with pytest.raises(RunError, match="cannot write the file: Permission denied"):
         write_chain(tmp_path / "chain.xml", "new")
     assert os.listdir(tmp_path) == []

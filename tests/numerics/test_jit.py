@@ -14,9 +14,10 @@ from pathlib import Path
 import pytest
 from processes import FLEXSIM, PATIENCE, ROOT, process
 
-from flexsim.numerics import jit, private
+from flexsim.files import private
+from flexsim.files.private import private_folder
+from flexsim.numerics import jit
 from flexsim.numerics.jit import CACHES_KEPT, MARKER, cache_folder, sources_digest
-from flexsim.numerics.private import private_folder
 
 
 @pytest.fixture(autouse=True)

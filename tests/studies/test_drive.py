@@ -274,7 +274,7 @@ def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.M
     def full(source: object, target: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("flexsim.numerics.atomic.os.replace", full)
+    monkeypatch.setattr("flexsim.files.atomic.os.replace", full)
     with pytest.raises(RunError, match=r"o\.csv: cannot write the motion: No space left"):
         write_motion(tmp_path / "o.csv", motion)
     assert list(tmp_path.iterdir()) == []

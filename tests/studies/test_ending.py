@@ -24,8 +24,8 @@ import ctypes, signal, sys
 from contextlib import suppress
 from pathlib import Path
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from flexsim.numerics.cleanup import child
-from flexsim.numerics.scratch import scratch
+from flexsim.files.cleanup import child
+from flexsim.files.scratch import scratch
 from studies.core.ending import ends_on_signals
 nested = "import subprocess; subprocess.run(['sleep', '600'])"
 with ends_on_signals(), scratch(Path("out")) as folder, child([sys.executable, "-c", nested]):

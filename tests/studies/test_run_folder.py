@@ -14,7 +14,7 @@ import pytest
 from processes import PATIENCE, flexsim, wait_for
 
 from flexsim import RunError
-from flexsim.numerics.scratch import NEW
+from flexsim.files.scratch import NEW
 from studies.core.ending import TERMINATED
 from studies.core.folder import CONFIG, run_folder, to_json, versions, write_config
 from studies.core.marker import MARKER

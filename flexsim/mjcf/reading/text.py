@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from flexsim.errors import ModelError, RunError
+from flexsim.files.reading import read_text
 from flexsim.mjcf.reading.elements import ROOT, Element, elements
-from flexsim.numerics.files import read_text
 
 MOST_BYTES = 2_000_000  # of a file with all that it includes: 200 times the default's
 INCLUDES_MOST = 100  # deep, and in all

@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from flexsim.numerics.cleanup import undone
+from flexsim.files.cleanup import undone
 
 if sys.platform != "win32":
     import fcntl

@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from flexsim.errors import FlexsimError, RunError
-from flexsim.numerics.cleanup import committing
-from flexsim.numerics.files import kind_of
-from flexsim.numerics.scratch import scratch
+from flexsim.files.cleanup import committing
+from flexsim.files.reading import kind_of
+from flexsim.files.scratch import scratch
 
 NO_HARD_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK)
 

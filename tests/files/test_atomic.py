@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from flexsim import RunError
-from flexsim.numerics.atomic import replacing, write_bytes, write_text
-from flexsim.numerics.cleanup import _PENDING
+from flexsim.files.atomic import replacing, write_bytes, write_text
+from flexsim.files.cleanup import _PENDING
 
 
 def names(folder: Path) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from flexsim import RunError
-from flexsim.numerics.files import read_regular, read_text
+from flexsim.files.reading import read_regular, read_text
 
 
 def test_a_regular_file_is_read_to_the_byte(tmp_path: Path) -> None:

@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 from processes import process, wait_for
 
-from flexsim.numerics import scratch as scratch_module
-from flexsim.numerics.atomic import write_text
-from flexsim.numerics.scratch import MARKER, NEW, OLD, scratch, sweep
+from flexsim.files import scratch as scratch_module
+from flexsim.files.atomic import write_text
+from flexsim.files.scratch import MARKER, NEW, OLD, scratch, sweep
 
 WHOLE = '{"flexsim": "scratch", "target": "file"}'
 HOLDS = """
 import sys, time
 from pathlib import Path
-from flexsim.numerics.scratch import scratch, OLD
+from flexsim.files.scratch import scratch, OLD
 with scratch(Path(sys.argv[1])) as folder:
     (folder / "deep").mkdir()
     (folder / "deep" / "file").write_text("half")
@@ -31,7 +31,7 @@ with scratch(Path(sys.argv[1])) as folder:
 WRITES = """
 import itertools, sys
 from pathlib import Path
-from flexsim.numerics.atomic import write_text
+from flexsim.files.atomic import write_text
 for i in itertools.count():
     write_text(Path(sys.argv[1]), 1000 * f"{i:06d}")
 """
