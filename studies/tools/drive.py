@@ -25,7 +25,7 @@ ROW_PERIOD = 1e-3  # [s]
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
 QUOTED = 60  # characters of a wrong line that a message shows
 TORQUE_HEADER = ["t", "tau1", "tau2"]
-TORQUE_MOST = 64 * MIB  # of a torque file: more than an hour of rows
+TORQUE_MOST = 64 * MIB  # of a torque file: half an hour of rows in full digits
 MOTION = "the motion"
 MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
@@ -65,36 +65,41 @@ def read_torque(path: Path) -> Array:
         RunError: the file cannot be read.
         ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
     """
-    text = read_text(path, TORQUE_MOST, "torque file")
+    lines = csv.reader(io.StringIO(read_text(path, TORQUE_MOST, "torque file"), newline=""))
+    rows: list[tuple[float, float]] = []
     try:
-        lines = list(csv.reader(io.StringIO(text, newline="")))
+        header = [name.strip() for name in next(lines, [])]
+        if header != TORQUE_HEADER:
+            wanted = ",".join(TORQUE_HEADER)
+            raise ParameterError(
+                f"{path}: the first line is {_shown(header)}, it must be {wanted!r}"
+            )
+        for number, line in enumerate(lines, start=2):
+            rows.append(_torques(f"{path}, line {number}", line, len(rows) * ROW_PERIOD))
     except csv.Error:
         raise RunError(f"{path}: cannot read the torque file: not a CSV file") from None
-    header = [name.strip() for name in lines[0]] if lines else []
-    if header != TORQUE_HEADER:
-        raise ParameterError(
-            f"{path}: the first line is {_shown(header)}, it must be {','.join(TORQUE_HEADER)!r}"
-        )
-    rows: list[list[float]] = []
-    for number, line in enumerate(lines[1:], start=2):
-        try:
-            values = [float(cell) for cell in line]
-        except ValueError:
-            values = []
-        if len(values) != 3 or not all(math.isfinite(value) for value in values):
-            raise ParameterError(
-                f"{path}, line {number}: {_shown(line)} is not three finite numbers t,tau1,tau2"
-            )
-        expected = len(rows) * ROW_PERIOD
-        if abs(values[0] - expected) > ROW_TOLERANCE:
-            raise ParameterError(
-                f"{path}, line {number}: t = {values[0]:g} s where {expected:g} s is due; "
-                "give rows every 1 ms from 0"
-            )
-        rows.append(values[1:])
     if not rows:
         raise ParameterError(f"{path}: has no rows of torque; give at least one after the header")
     return np.array(rows)
+
+
+def _torques(where: str, line: list[str], due: float) -> tuple[float, float]:
+    """Return the two torques of a row [N m], its time due [s].
+
+    Raises:
+        ParameterError: it is malformed.
+    """
+    try:
+        values = [float(cell) for cell in line]
+    except ValueError:
+        values = []
+    if len(values) != 3 or not all(map(math.isfinite, values)):
+        raise ParameterError(f"{where}: {_shown(line)} is not three finite numbers t,tau1,tau2")
+    if abs(values[0] - due) > ROW_TOLERANCE:
+        raise ParameterError(
+            f"{where}: t = {values[0]:g} s where {due:g} s is due; give rows every 1 ms from 0"
+        )
+    return values[1], values[2]
 
 
 def run(config: DriveConfig) -> Motion:
