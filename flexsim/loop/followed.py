@@ -21,13 +21,11 @@ from flexsim.errors import FlexsimError, ModelError
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.arm_file import ArmFile
-from flexsim.mjcf.own_motion import own_motion
+from flexsim.mjcf.own_motion import POSE, TORQUE, own_motion
 from flexsim.numerics.step_limits import one_step_map
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
 
-TORQUE = (0.02, 0.001)  # [N m] held
-POSE = (0.2, 1.0)  # [rad]
 DURATION = 0.2  # [s]
 STEPS_MOST = 20_000  # of the file's own; a motion of shorter ones is shorter
 FOLLOWED = 0.05  # relative, how far off the modes may be

@@ -17,6 +17,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -85,7 +86,7 @@ class ArmFile(ABC):
         The first two coordinates are joint 1 and joint 2.
         """
 
-    @property
+    @cached_property
     def motions(self) -> list[Motion]:
         """The motions at poses of joint 2, from stretched to folded."""
         return [self.motion(float(pose)) for pose in POSES]
@@ -93,7 +94,7 @@ class ArmFile(ABC):
     @property
     def dampers(self) -> Array:
         """The part of D (m, m) that is dampers of joints, which some integrators take later."""
-        return self.motion(0.0)[1]
+        return self.motions[0][1]
 
     def longest_step(self, held_friction: tuple[float, float] = (0.0, 0.0)) -> float:
         """Return the step below which the file's integrator is stable about rest [s], or inf.
@@ -236,10 +237,10 @@ def require_stable_step(arm: ArmFile) -> None:
     """Raise a ModelError unless the file's step is within what its integrator can take."""
     try:
         longest = arm.longest_step()
-        omega, decay = arm.highest_frequency, fastest_decay(arm.motions)
     except ModelError as error:
         raise ModelError(f"{arm.source}: {error}") from None
     if arm.step >= longest:
+        omega, decay = arm.highest_frequency, fastest_decay(arm.motions)
         damping = f" and damping at {decay:.0f} 1/s" if decay > omega else ""
         raise ModelError(
             f"{arm.source}: timestep {arm.step:g} s is too long for {arm.integrator.upper()} with "

@@ -25,6 +25,7 @@ from flexsim.mjcf.arm_file import (
     read_arm,
     require_stable_step,
 )
+from flexsim.mjcf.own_motion import require_steady
 from flexsim.mjcf.reading.checks import straight
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.step_limits import POSES
@@ -88,6 +89,7 @@ def chain_of(given: Given) -> ChainModel:
         model, text, source, float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
     )
     require_stable_step(chain)
+    require_steady(chain)
     return chain
 
 

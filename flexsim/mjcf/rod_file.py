@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from flexsim.mjcf.arm_file import ArmFile, Given, Motion, given_text, read_arm, require_stable_step
 from flexsim.mjcf.chain_file import mass_matrix
+from flexsim.mjcf.own_motion import require_steady
 from flexsim.mjcf.reading.checks import straight
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.eigen import natural_modes
@@ -93,6 +94,7 @@ def rod_of(given: Given) -> RodModel:
     clamp = float(vertices[:2].mean())
     rod = RodModel(model, text, source, L_R, clamp, vertices, EI / (spans[:-1] + spans[1:]))
     require_stable_step(rod)
+    require_steady(rod)
     return rod
 
 

@@ -17,10 +17,11 @@ import pytest
 from random_edits import random_edit
 
 from flexsim import FlexsimError
-from flexsim.loop.followed import DURATION, FOLLOWED, POSE, TORQUE
+from flexsim.loop.followed import DURATION, FOLLOWED
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
+from flexsim.mjcf.own_motion import POSE, TORQUE
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant

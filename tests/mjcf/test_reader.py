@@ -323,6 +323,11 @@ FOR_RODS = {
     ),
     "no constraint": (FLAG, f'{FLAG} constraint="disable"', "disables constraint"),
     "no equality": (FLAG, f'{FLAG} equality="disable"', "disables equality"),
+    "edges beyond their limits": (
+        "<deformable>",
+        '<option><flag refsafe="disable"/></option><default/><deformable>',
+        "runs away within 50 steps",
+    ),
     "slide turned": (
         '<joint name="across3" class="across"/>',
         '<joint name="across3" class="across" axis="0 0 1"/>',
@@ -346,8 +351,11 @@ def test_chain_and_rod_refuse_the_same_by_name(kind: str, name: str) -> None:
 @pytest.mark.parametrize("name", FOR_RODS)
 def test_what_a_rod_is_not_is_refused_by_name(name: str) -> None:
     old, new, words = FOR_RODS[name]
+    text = rod(old, new)
+    if "edges" in name:
+        text = edited(text, 'solref="0.001 1"', 'solref="1e-6 1"')
     with pytest.raises(ModelError, match=words):
-        load_arm(text=rod(old, new))
+        load_arm(text=text)
 
 
 def test_a_body_that_may_sleep_is_none_while_sleep_is_off() -> None:
