@@ -244,3 +244,15 @@ def test_a_motion_that_runs_away_fails_alone(monkeypatch: pytest.MonkeyPatch) ->
     assert [check.value for check in failed] == [np.inf] * len(failed)
     assert "ran away at t = 0.1 s" in failed[0].name
     assert any(check.ok and "clamped" in check.name for check in result.checks)
+
+
+def test_a_step_that_only_dampers_allow_is_said_of_the_undamped_energy(tmp_path: Path) -> None:
+    """Its springs four times as stiff: at 1 ms semi-implicit steps need the dampers."""
+    path = tmp_path / "stiff.xml"
+    text = re.sub(r'stiffness="([^"]*)"', lambda m: f'stiffness="{4 * float(m[1])!r}"', DEFAULT)
+    text = text.replace('<joint damping="0"/>', '<joint damping="0.02"/>')
+    path.write_text(text.replace('integrator="RK4"', 'integrator="implicitfast"'))
+    by_name = {check.name: check for check in run(CrosscheckConfig(mjcf=path)).checks}
+    gentle = named(by_name, "chain, gentle, step 1 ms, too long without dampers")
+    assert gentle.ok and gentle.limit is None
+    assert np.isfinite(named(by_name, "small torques").value)
