@@ -181,8 +181,8 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     """Return every case on both plants.
 
     Raises:
-        ParameterError: fewer than one perturbation, a negative seed, a plant named twice, or a
-            control period that is no whole multiple of a physics step.
+        ParameterError: fewer than one perturbation, a negative seed, a plant named twice, a
+            control period that is no whole multiple of a physics step, or a path out of reach.
     """
     config = config.asked()
     robot = config.robot_of(config.robot)
@@ -192,6 +192,8 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     plants = {name: plants_of(config, name) for name in names}
     for plant in plants[config.setting]:  # before references take memory
         whole_substeps(config.period, plant.step)
+    for path in dict.fromkeys(task.trajectory for task in todo):  # before anything runs
+        reference(path, robot.parameters, config.period)
     result = Comparison([], [], robot, mjcf_texts(plants, robot))
     for task in todo:
         found = []

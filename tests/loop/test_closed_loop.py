@@ -45,7 +45,7 @@ ENVELOPE = 0.07  # [m]; the widest of the eighteen is 0.051 m, on the two-loop p
 SLOPPY = Setting(  # every part of the friction at work: limits, dead zone, Coulomb, viscous
     "sloppy",
     Friction(
-        "joint",
+        "opposing",
         dead_zone=((-0.05, 0.04), (-0.002, 0.003)),
         tau_0=(0.1, 0.01),
         mu=(0.05, 0.02),
@@ -184,7 +184,7 @@ def slow_torque(f: Friction, joint: int, tau: float, w: float) -> float:
     if f.law == "none":
         return tau
     tau = 0.0 if low < tau < high else tau
-    if f.law == "joint":
+    if f.law == "opposing":
         return tau - f.tau_0[joint] * math.tanh(w / f.speed) - f.mu[joint] * w
     return math.copysign(f.mu[joint] * abs(tau) + f.tau_0[joint], tau) if tau else 0.0
 
