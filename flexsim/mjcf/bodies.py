@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.chain_file import ChainModel
-from flexsim.mjcf.reading.checks import straight
+from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.linear_checks import linear_reasons, refuse
 from flexsim.numerics.dense import product
 from flexsim.numerics.types import Array

@@ -26,7 +26,7 @@ from flexsim.mjcf.arm_file import (
     require_stable_step,
 )
 from flexsim.mjcf.own_motion import require_steady
-from flexsim.mjcf.reading.checks import straight
+from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.step_limits import POSES
 from flexsim.numerics.types import Array

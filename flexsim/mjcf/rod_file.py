@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from flexsim.mjcf.arm_file import ArmFile, Given, Motion, given_text, read_arm, require_stable_step
 from flexsim.mjcf.chain_file import mass_matrix
 from flexsim.mjcf.own_motion import require_steady
-from flexsim.mjcf.reading.checks import straight
+from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
