@@ -9,8 +9,10 @@ RUN ?= runs/compare
 compare: install
 	$(BIN)/flexsim compare --out $(RUN) --force
 
+# The default suite, then design, model files, closed loop and compare under another BLAS kernel
 test: install
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
+	$(BIN)/python tests/kernels.py -q -n 2 --dist loadfile -m "kernels and not slow"
 
 slow: install
 	$(BIN)/python -m pytest -q -m "slow or not slow"

@@ -15,7 +15,12 @@ Importing flexsim loads nothing heavy: a public name is loaded when it is first 
 from __future__ import annotations
 
 import importlib
+import os
 from typing import TYPE_CHECKING, Any
+
+# numba would take Intel's vector functions where they are installed, whose last bits are others;
+# it looks when it is first imported
+os.environ.setdefault("NUMBA_DISABLE_INTEL_SVML", "1")
 
 if TYPE_CHECKING:
     from flexsim import errors

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.errors import ModelError
-from flexsim.numerics.jit import jit
+from flexsim.numerics.jit import jit_apart
 from flexsim.numerics.types import Array
 
 
@@ -37,7 +37,7 @@ def product(left: ArrayLike, right: ArrayLike) -> Array:
     return flat.reshape(a.shape[:-1] + b.shape[1:])[()]
 
 
-@jit
+@jit_apart
 def _product(a: Array, b: Array) -> Array:
     """Return a (m, n) times b (n, k)."""
     out = np.zeros((a.shape[0], b.shape[1]), dtype=a.dtype)
@@ -62,7 +62,7 @@ def solve(matrix: ArrayLike, right: ArrayLike) -> Array:
     return x.reshape(b.shape)
 
 
-@jit
+@jit_apart
 def dot(a: Array, b: Array) -> float:
     """Return the inner product of a (n,) and b (n,), for compiled code."""
     total = 0.0
@@ -71,16 +71,17 @@ def dot(a: Array, b: Array) -> float:
     return total
 
 
-@jit
-def times(matrix: Array, x: Array) -> Array:
-    """Return matrix (m, n) times x (n,), for compiled code."""
-    out = np.empty(matrix.shape[0])
-    for i in range(matrix.shape[0]):
-        out[i] = dot(matrix[i], x)
-    return out
+@jit_apart
+def bilinear(a: Array, matrix: Array, b: Array) -> float:
+    """Return a (m,) times matrix (m, n) times b (n,), for compiled code."""
+    total = 0.0
+    for i in range(a.shape[0]):
+        for j in range(b.shape[0]):
+            total += a[i] * matrix[i, j] * b[j]
+    return total
 
 
-@jit
+@jit_apart
 def eliminate(a: Array, x: Array) -> bool:
     """Solve a (n, n) x = x (n, k) in place of both; return whether there was a solution."""
     n = a.shape[0]

@@ -126,6 +126,14 @@ def jit(function: Callable[..., Any]) -> Callable[..., Any]:
     return numba.njit(cache=CACHED, error_model="numpy", nogil=True, forceinline=True)(function)
 
 
+def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function compiled as `jit`, but called, not copied into each place that uses it.
+
+    For what takes longer than a call, and would make its users slow to compile.
+    """
+    return numba.njit(cache=CACHED, error_model="numpy", nogil=True)(function)
+
+
 def jit_parallel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function compiled as `jit`, its `prange` loops over threads."""
     return numba.njit(cache=CACHED, error_model="numpy", nogil=True, parallel=True)(function)

@@ -1,6 +1,6 @@
 """The one state matrix: M q'' + D q' + K q = 0 as a system of first order.
 
->>> np.linalg.eigvals(state_matrix(M, D, K))       # the motions' rates [1/s]
+>>> eigenvalues(state_matrix(M, D, K))       # the motions' rates [1/s]
 """
 
 from __future__ import annotations

@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.errors import ParameterError
-from flexsim.numerics.dense import solve
+from flexsim.numerics.dense import product, solve
+from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 
@@ -48,7 +49,7 @@ def fastest_decay(motions: Motions) -> float:
     """Return the largest |lambda| of damped motions M q'' + D q' + K q = 0 [1/s], 0 without any."""
     fastest = 0.0
     for M, D, K in motions:
-        rates = np.linalg.eigvals(state_matrix(M, D, K))
+        rates = eigenvalues(state_matrix(M, D, K))
         damped = rates[-rates.real > DAMPED_SHARE * np.abs(rates)]
         fastest = max(fastest, float(np.abs(damped).max(initial=0.0)))
     return fastest
@@ -80,7 +81,7 @@ def longest_step(integrator: str, motions: Motions, at_start: ArrayLike | None =
     sign = 1.0 if integrator == "discrete" else -1.0
     fastest = 0.0
     for M, D, K in every:
-        s = np.linalg.eigvals(state_matrix(M, D - D0, sign * K))
+        s = eigenvalues(state_matrix(M, D - D0, sign * K))
         real = s.real[np.abs(s.imag) <= REAL * np.abs(s)]
         fastest = max(fastest, float(real.max(initial=0.0)))
     scale = max(float(np.abs(D0).max()), 0.0 if sign > 0 else 1.0)
@@ -89,11 +90,11 @@ def longest_step(integrator: str, motions: Motions, at_start: ArrayLike | None =
 
 def _longest_of_rk4(motion: tuple[Array, Array, Array], D0: Array) -> float:
     M, D, K = motion
-    rates = np.abs(np.linalg.eigvals(state_matrix(M, np.zeros_like(D), K)))
+    rates = np.abs(eigenvalues(state_matrix(M, np.zeros_like(D), K)))
     longest = longest_rk4_step(float(rates.max(initial=0.0)), fastest_decay([motion]))
     if not D0.any():
         return longest
-    rate = np.linalg.eigvals(solve(M, D0)).real.max()  # of friction alone
+    rate = eigenvalues(solve(M, D0)).real.max()  # of friction alone
     low, high = 0.0, min(longest, 2 * RK4_LIMIT / rate)
     if radius(one_step_map("RK4", motion, high, D0)) <= 1 + GROWTH:
         return high
@@ -119,8 +120,8 @@ def one_step_map(
         X = h * state_matrix(M, D, K)
         held = np.zeros((2 * n, 2 * n))
         held[n:, n:] = -h * solve(M, D0)
-        free = one + X @ (one + X / 2 @ (one + X / 3 @ (one + X / 4)))
-        return free + (one + X / 2 @ (one + X / 3 @ (one + X / 4))) @ held
+        series = one + product(X / 2, one + product(X / 3, one + X / 4))
+        return one + product(X, series) + product(series, held)
     ahead = M + h * D + (h**2 * K if integrator == "discrete" else 0.0)
     rate = solve(ahead, np.hstack([-h * K, M - h * D0]))  # (n, 2n)
     return np.vstack([np.eye(n, 2 * n) + h * rate, rate])
@@ -128,7 +129,7 @@ def one_step_map(
 
 def radius(matrix: Array) -> float:
     """Return the largest |eigenvalue| of a matrix (n, n)."""
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
+    return float(np.abs(eigenvalues(matrix)).max())
 
 
 def halved(longest: float) -> float:

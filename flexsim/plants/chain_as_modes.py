@@ -24,6 +24,7 @@ from flexsim.mjcf.bodies import Bodies, parts, require_carried
 from flexsim.mjcf.chain_file import ChainModel, mass_matrix, stiffness_matrix
 from flexsim.numerics.dense import product, solve
 from flexsim.numerics.eigen import natural_modes
+from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
@@ -108,7 +109,7 @@ def clamped_damping(chain: ChainModel) -> Array:
     model = chain.model
     M = mass_matrix(model, np.zeros(model.nq))[2:, 2:]
     D, K = np.diag(model.dof_damping[2:]), np.diag(model.jnt_stiffness[2:])
-    rates = np.linalg.eigvals(state_matrix(M, D, K))
+    rates = eigenvalues(state_matrix(M, D, K))
     rates = rates[np.argsort(np.abs(rates), kind="stable")]
     swinging = rates[rates.imag >= 0][: len(M)]
     ratios: Array = -swinging.real / np.abs(swinging)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexsim.numerics.dense import dot, eliminate, times
+from flexsim.numerics.dense import bilinear, dot, eliminate
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
@@ -72,9 +72,10 @@ def printed_mass(p: PrintedModes, q: Array) -> Array:
     n = p.P.shape[0]
     eta = q[2:]
     s, c = np.sin(q[1]), np.cos(q[1])
-    M_e = times(p.M, eta)
-    quadratic = dot(eta, M_e)
-    J2 = p.J + dot(p.mass * eta, eta) - dot(eta, times(p.N, eta))
+    quadratic = bilinear(eta, p.M, eta)
+    J2 = p.J - bilinear(eta, p.N, eta)
+    for j in range(n):
+        J2 += p.mass[j] * eta[j] * eta[j]
     coupling = p.L_R * (c * p.first_moment - s * dot(p.P, eta))
     sign = 1.0 if p.misprints & MASS_37 else -1.0
     H = np.zeros((n + 2, n + 2))
@@ -84,7 +85,7 @@ def printed_mass(p: PrintedModes, q: Array) -> Array:
     for j in range(n):
         H[0, 2 + j] = p.X[j] + p.L_R * c * p.P[j]  # (39)
         if not p.misprints & SHORTENING_39:
-            H[0, 2 + j] -= p.L_R * s * M_e[j]
+            H[0, 2 + j] -= p.L_R * s * dot(p.M[j], eta)
         H[1, 2 + j] = p.X[j]  # (40)
         H[2 + j, 2 + j] = p.mass[j]  # (41)
     for i in range(n + 2):
@@ -122,9 +123,10 @@ def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     eta, d = q[2:], w[2:]
     w1, w2 = w[0], w[1]
     Ls, Lc = p.L_R * np.sin(q[1]), p.L_R * np.cos(q[1])
-    M_e = times(p.M, eta)
-    e_M_e, e_M_d = dot(eta, M_e), dot(d, M_e)
-    spin = dot(p.mass * eta, d) - dot(d, times(p.N, eta))
+    e_M_e, e_M_d, d_M_d = bilinear(eta, p.M, eta), bilinear(d, p.M, eta), bilinear(d, p.M, d)
+    spin = -bilinear(d, p.N, eta)
+    for j in range(n):
+        spin += p.mass[j] * eta[j] * d[j]
     P_e, P_d = dot(p.P, eta), dot(p.P, d)
     sign = 1.0 if p.misprints & MASS_37 else -1.0  # of the eta'M terms that follow from (37)
     rate = 0.0 if p.misprints & SHORTENING_39 else 1.0  # of those from the corrected (39)
@@ -133,7 +135,7 @@ def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     C[0] += 2.0 * w2 * (spin - Ls * P_d) + w2 * (sign - rate) * Lc * e_M_d
     C[0] += w2 * w2 * (-Ls * p.first_moment - sign * Ls / 2.0 * e_M_e - Lc * P_e)
     C[0] += 2.0 * w1 * w2 * (-Ls * p.first_moment + Ls / 2.0 * e_M_e - Lc * P_e)
-    C[0] -= rate * Ls * dot(d, times(p.M, d))
+    C[0] -= rate * Ls * d_M_d
     C[1] = 2.0 * w1 * spin + w1 * (sign + rate) * Lc * e_M_d  # (45), a line each
     C[1] += w1 * w1 * (Ls * p.first_moment + Lc * P_e - Ls / 2.0 * e_M_e)
     C[1] += 2.0 * w2 * spin
@@ -156,7 +158,9 @@ def printed_acceleration(
     right = -printed_coriolis(p, q, w)
     right[0] += p.r_1 * tau_1 - p.F_1 * w[0]
     right[1] += p.r_2 * tau_2 - p.F_2 * w[1]
-    right[2:] -= times(printed_stiffness(p, q, w), q[2:]) + times(p.damping, w[2:])
+    K = printed_stiffness(p, q, w)
+    for j in range(K.shape[0]):
+        right[2 + j] -= dot(K[j], q[2:]) + dot(p.damping[j], w[2:])
     for i in range(right.shape[0]):
         a[i] = right[i]
     if not eliminate(printed_mass(p, q), a.reshape(a.shape[0], 1)):
@@ -173,7 +177,10 @@ def printed_forces(p: PrintedModes, q: Array, w: Array, a: Array, force: Array) 
     free, work = np.empty(q.shape[1]), np.empty(q.shape[1] - 2)
     for k in range(q.shape[0]):
         printed_acceleration(p, q[k], w[k], 0.0, 0.0, free, work)
-        force[k] = times(printed_mass(p, q[k]), a[k] - free)
+        H = printed_mass(p, q[k])
+        free[:] = a[k] - free
+        for j in range(H.shape[0]):
+            force[k, j] = dot(H[j], free)
 
 
 def scaled_mass(H: Array, r_1: float, r_2: float) -> Array:

@@ -29,6 +29,7 @@ from flexsim.linear.linearise import linearise
 from flexsim.loop.friction import Friction
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.dense import product
+from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.elementary import arctan2, cos, sin
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
@@ -183,7 +184,7 @@ def tip_zeros(linear: LinearPlant, reach: float) -> NDArray[np.complex128]:
         linear: of n flexible coordinates; reach: r + L [m].
     """
     M, D, K = _held(linear, reach)
-    return np.asarray(np.linalg.eigvals(state_matrix(M, D, K)), dtype=complex)
+    return eigenvalues(state_matrix(M, D, K))
 
 
 def _held(linear: LinearPlant, reach: float) -> tuple[Array, Array, Array]:

@@ -12,7 +12,7 @@ from flexsim.recording.rrd import write_recording
 from flexsim.recording.traces import MM, spoken
 from studies.compare.figures import case_figure, summary_figure
 from studies.compare.rows import CompareRow, Comparison, TrueTipRow
-from studies.core.folder import versions
+from studies.core.folder import origin, versions
 from studies.core.table import Column, Table, value
 
 OURS, TABLE_2, TRUE_TIP = "ours", "Table 2", "true tip"  # groups of cases
@@ -142,6 +142,6 @@ def files(folder: Path, config: Any, result: Comparison) -> None:
     """Write MJCF and recording."""
     for name, text in result.mjcf.items():
         (folder / name).write_text(text)
-    about = {name.replace("-", "_"): text for name, text in versions().items()}
+    about = {name.replace("-", "_"): text for name, text in (versions() | origin()).items()}
     about |= {"seed": str(config.seed), "control_period": f"{config.period} s"}
     write_recording(folder / "run.rrd", result.cases, about, result.robot.parameters)

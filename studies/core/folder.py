@@ -22,7 +22,9 @@ from typing import Any
 from flexsim.errors import RunError
 from flexsim.files.cleanup import committing, undone
 from flexsim.files.scratch import NEW, OLD, scratch
+from flexsim.numerics.machine import machine
 from studies.core.marker import require_ours, sign
+from studies.core.version import sources, version
 
 CONFIG = "config.json"
 PACKAGES = ("flexsim", "mujoco", "numpy", "scipy", "numba", "rerun-sdk")
@@ -120,12 +122,18 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), "platform": platform.platform()} | found
 
 
+def origin() -> dict[str, str]:
+    """Return what a run ran on and from which sources: what tells two differing tables apart."""
+    return machine() | {"version": version(), "sources": sources()}
+
+
 def write_config(folder: Path, config: Any, **more: Any) -> None:
-    """Write config.json: the configuration, the command line, versions, and what is given."""
+    """Write config.json: configuration, command line, versions, machine, and what is given."""
     content = {
         "command": ["flexsim", *sys.argv[1:]],
         "configuration": dataclasses.asdict(config),
         "versions": versions(),
+        "machine": origin(),
         **more,
     }
     (folder / CONFIG).write_text(json.dumps(content, indent=2, default=str) + "\n")

@@ -1,4 +1,4 @@
-"""Which flexsim is this? Its version, and the commit of its sources where they are a checkout.
+"""Which flexsim is this? Its version, its sources, and their commit where they are a checkout.
 
 >>> version()                                                   # doctest: +SKIP
 '0.1.0 (commit 1a2b3c4d5e6f)'
@@ -6,11 +6,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import subprocess
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+PACKAGES = ("flexsim", "controllers", "studies")
 ANSWERED = 5.0  # [s] for git
 
 
@@ -26,6 +29,16 @@ def commit() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip() or None
+
+
+@cache
+def sources() -> str:
+    """Return a digest of our packages' sources, which tells edits of one commit apart."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def about() -> str:

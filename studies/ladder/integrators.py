@@ -22,13 +22,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from scipy.linalg import eigh
 
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
+from flexsim.numerics.eigen import natural_modes
+from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
@@ -62,7 +63,7 @@ def frequencies(plant: Plant) -> tuple[Array, Array]:
     M, K = linear.M, linear.K
     if len(M) == 2:
         return np.full(MODES, np.nan), np.full(MODES, np.nan)
-    squared = eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True), eigh(K, M, eigvals_only=True)[2:]
+    squared = natural_modes(K[2:, 2:], M[2:, 2:])[0], natural_modes(K, M)[0][2:]
     found = np.sqrt(squared[0]), np.sqrt(squared[1])
     first, second = (
         np.pad(omega[:MODES], (0, max(0, MODES - len(omega))), constant_values=np.nan)
@@ -115,7 +116,7 @@ def exact_rates(chain: ChainModel) -> Array:
     qpos = np.array(model.qpos_spring)
     M = mass_matrix(model, qpos)[2:, 2:]
     D, K = np.diag(model.dof_damping[2:]), np.diag(model.jnt_stiffness[2:])
-    rates: Any = np.linalg.eigvals(state_matrix(M, D, K))
+    rates: Any = eigenvalues(state_matrix(M, D, K))
     return _slowest(rates)
 
 
@@ -128,7 +129,7 @@ def _slowest(rates: Array) -> Array:
 
 def modal_figures(chain: ChainModel) -> ModalFigures:
     """Return what the chain's integrator does to its first three modes."""
-    multipliers = np.linalg.eigvals(step_map(chain))
+    multipliers = eigenvalues(step_map(chain))
     found, exact = _slowest(np.log(multipliers + 0j) / chain.step), exact_rates(chain)
     ratios = -found.real / np.abs(found) + exact.real / np.abs(exact)
     shift = found.imag / exact.imag - 1

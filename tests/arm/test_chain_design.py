@@ -12,6 +12,9 @@ from flexsim.arm.beam import modal_integrals
 from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
 from flexsim.arm.hinged_beam import chain_modes, frequency_sensitivity, mass_matrix, shape_errors
 
+pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+
+
 ROUNDING = 1e-12  # a few operations on numbers of size 1
 TUNED = 1e-10  # stiffnesses carry ten decimals, so that every machine has the same design
 PARAMETERS = Parameters()

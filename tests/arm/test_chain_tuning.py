@@ -15,6 +15,8 @@ from flexsim.arm.chain_tuning import (
     tuned_chain,
 )
 
+pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+
 
 @pytest.fixture(autouse=True)
 def fresh() -> Iterator[None]:

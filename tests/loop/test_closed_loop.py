@@ -30,6 +30,9 @@ from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 
+pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+
+
 ROOT = Path(__file__).parents[2]
 PARAMETERS = Parameters()
 NAMES = ("line", "two-loop", "circle")

@@ -20,6 +20,9 @@ from flexsim.mjcf.chain_file import highest_frequency, mass_matrix, stiffness_ma
 from flexsim.mjcf.edits import with_motors
 from flexsim.plants.mujoco_steps import chain_tip
 
+pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+
+
 MODELS = Path(__file__).parents[2] / "models"
 CHAIN6 = MODELS / "chain6.xml"
 MODEL = CHAIN6.read_text()

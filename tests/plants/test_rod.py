@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from alike import require_alike
 from scipy.linalg import eigh
 
 from controllers import TUNED
@@ -56,8 +57,9 @@ def across(model: mujoco.MjModel) -> np.ndarray:
     return np.arange(3, model.nv, 2)
 
 
+@pytest.mark.kernels  # run once more under another BLAS kernel
 def test_the_file_is_what_the_function_writes() -> None:
-    assert ROD.read_text() == rod_mjcf(P)
+    require_alike(rod_mjcf(P), ROD.read_text())
 
 
 def test_steps_under_pseudo_random_control_without_warnings(plant: RodPlant) -> None:

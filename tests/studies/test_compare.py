@@ -31,6 +31,9 @@ from studies.compare.rows import CompareRow, Comparison
 from studies.core.repeats import PERTURBATION, Medians, medians, perturbed
 from studies.main import main
 
+pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+
+
 TRUE_TIP_SHARE = 0.2  # of the uncompensated envelope: the aim of the shaped references
 PAIRS = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
 FIGURES = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}

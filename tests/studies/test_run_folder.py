@@ -16,7 +16,7 @@ from processes import PATIENCE, flexsim, wait_for
 from flexsim import RunError
 from flexsim.files.scratch import NEW
 from studies.core.ending import TERMINATED
-from studies.core.folder import CONFIG, run_folder, to_json, versions, write_config
+from studies.core.folder import CONFIG, origin, run_folder, to_json, versions, write_config
 from studies.core.marker import MARKER
 
 
@@ -210,6 +210,8 @@ def test_config_names_what_made_the_run(tmp_path: Path) -> None:
     assert content["command"][0] == "flexsim"
     assert content["versions"] == versions()
     assert all(text[0].isdigit() for name, text in versions().items() if name != "platform")
+    assert content["machine"] == origin()
+    assert {"processor", "blas", "numpy_simd", "version", "sources"} <= set(content["machine"])
 
 
 def test_json_is_strict() -> None:

@@ -1,0 +1,57 @@
+"""What must be the same on every machine, as JSON: designs, files, modes, rows of compare.
+
+OPENBLAS_CORETYPE=Zen python tests/kernel_values.py
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from flexsim import Parameters
+from flexsim.arm.chain_design import design_chain
+from flexsim.loop.trajectories import TRAJECTORIES
+from flexsim.mjcf.chain_xml import chain_mjcf
+from flexsim.mjcf.rod_xml import rod_mjcf
+from flexsim.numerics.machine import blas_kernels, machine
+from studies.compare.compare import CompareConfig
+from studies.compare.compare import run as compare
+from studies.core.folder import to_json
+from studies.parity.modes import ModesConfig
+from studies.parity.modes import run as modes
+
+SEGMENTS = range(3, 9)
+MODELS = Path(__file__).parents[1] / "models"
+SHORT = {  # where joints have stuck and slipped a few times, last bits are millimetres
+    name: replace(path, duration=1.5, hold=0.2) for name, path in TRAJECTORIES.items()
+}
+
+
+def values() -> dict[str, Any]:
+    """Return numbers and texts by name, nested."""
+    robot = Parameters()
+    designs = {n: design_chain(robot, n) for n in SEGMENTS}
+    config = CompareConfig(
+        perturbations=1,
+        true_tip=True,
+        line=SHORT["line"],
+        two_loop=SHORT["two-loop"],
+        circle=SHORT["circle"],
+    )
+    found = {
+        "designs": {n: vars(design) for n, design in designs.items()},
+        "files": {n: chain_mjcf(robot, design, 1e-4) for n, design in designs.items()},
+        "rod": rod_mjcf(robot),
+        "modes": {
+            name: vars(modes(ModesConfig(file=MODELS / f"{name}.xml")))
+            for name in ("chain4", "chain6")
+        },
+        "compare": [asdict(row) for row in compare(config).rows],
+    }
+    return json.loads(to_json(found))  # type: ignore[no-any-return]
+
+
+if __name__ == "__main__":
+    print(json.dumps({"kernels": blas_kernels(), "machine": machine(), "values": values()}))
