@@ -9,6 +9,7 @@ Both plants are held against these frequencies.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import brentq
@@ -18,6 +19,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 
+JUMP = 1e-6  # of a function beside a change of sign: more is left there than of a root
 SCAN = 400  # points per pi of beta L in the search for sign changes
 
 
@@ -58,6 +60,19 @@ def _determinant(parameters: Parameters, theta2: float, b: float) -> float:
     return (K_11 * K_22 - K_12 * K_12) / clamped / b**6
 
 
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function that changes its sign between two places is zero.
+
+    Raises:
+        ParameterError: it jumps there instead, or no place was found.
+    """
+    root, found = brentq(function, low, high, xtol=1e-14, full_output=True, disp=False)
+    sizes = max(abs(function(low)), abs(function(high)))
+    if not found.converged or abs(function(root)) > JUMP * sizes:
+        raise ParameterError(f"no frequency is found between beta L = {low:.6g} and {high:.6g}")
+    return float(root)
+
+
 def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) -> Array:
     """Return the first n flexible frequencies with both joints free [rad/s].
 
@@ -81,5 +96,5 @@ def joint_free_frequencies(parameters: Parameters, n: int, theta2: float = 0.0) 
         raise ParameterError(
             f"{len(change)} of {n} frequencies with free joints were found; ask for fewer"
         )
-    roots = np.array([brentq(determinant, grid[i], grid[i + 1], xtol=1e-14) for i in change])
+    roots = np.array([_root(determinant, grid[i], grid[i + 1]) for i in change])
     return (roots / parameters.L) ** 2 * np.sqrt(parameters.EI / parameters.rho)

@@ -18,6 +18,7 @@ from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import mass_matrix, stiffness_matrix
 from flexsim.numerics.clocks import PERIOD
+from flexsim.numerics.dense import product, solve
 from flexsim.numerics.types import Array
 from flexsim.plants import assumed_modes
 from flexsim.plants.base import Plant
@@ -175,12 +176,12 @@ def acceleration_difference(
         tau = rng.uniform(-1, 1, 2) * (0.5, 0.05)
         a, work = np.empty(n + 2), np.empty(n)
         assumed_modes.acceleration(p, q, w, *tau, a, work)
-        data.qpos[:], data.qvel[:] = W @ q, W @ w
+        data.qpos[:], data.qvel[:] = product(W, q), product(W, w)
         mujoco.mj_forward(model, data)
-        force = -data.qfrc_bias - K @ (W @ q) - model.dof_damping * (W @ w)
+        force = -data.qfrc_bias - product(K, data.qpos) - model.dof_damping * data.qvel
         force[:2] += tau * (p.r_1, p.r_2)
-        M = W.T @ mass_matrix(model, W @ q) @ W
-        b = np.linalg.solve(M, W.T @ force)
+        M = product(W.T, product(mass_matrix(model, data.qpos), W))
+        b = solve(M, product(W.T, force))
         worst = max(worst, float(np.abs(a - b).max() / np.abs(a).max()))
     return worst
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexsim.numerics.clocks import PERIOD
+from flexsim.numerics.elementary import sin
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -20,7 +21,7 @@ def trial_torque(scale: float, duration: float = DURATION, period: float = PERIO
     """Return (K, 2) torques scale (0.5 sin(2 pi t/0.8), 0.05 sin(2 pi t/0.5)) [N m]."""
     t = period * np.arange(round(duration / period))
     return scale * np.column_stack(
-        [0.5 * np.sin(2 * np.pi * t / 0.8), 0.05 * np.sin(2 * np.pi * t / 0.5)]
+        [0.5 * sin(2 * np.pi * t / 0.8), 0.05 * sin(2 * np.pi * t / 0.5)]
     )
 
 

@@ -1,12 +1,14 @@
 """The exact linear arm against assumed modes, finite elements and textbook limits."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 from scipy.linalg import eigh
 
 from flexsim import ParameterError, Parameters
-from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
+from flexsim.arm.free_arm import _root, clamped_frequencies, joint_free_frequencies
 from flexsim.plants.assumed_modes import assumed_modes, free_frequencies
 
 PARAMETERS = Parameters()
@@ -124,3 +126,17 @@ def test_many_frequencies_are_found_without_gap_and_approach_the_clamped_ones() 
 def test_no_frequencies_is_an_error(n: int) -> None:
     with pytest.raises(ParameterError, match=f"{n}; give a whole number, 1 or more"):
         joint_free_frequencies(PARAMETERS, n)
+
+
+@pytest.mark.parametrize(
+    "function",
+    [lambda x: 1 / (x - 1), lambda x: 1.0 if x > 1 else -1.0 - x],
+    ids=["pole", "jump"],
+)
+def test_a_change_of_sign_that_is_no_root_is_refused(function: Callable[[float], float]) -> None:
+    with pytest.raises(ParameterError, match="no frequency is found between"):
+        _root(function, 0.5, 1.7)
+
+
+def test_a_root_is_found_to_rounding() -> None:
+    assert _root(lambda x: x * x - 2, 1.0, 2.0) == pytest.approx(np.sqrt(2), rel=1e-15)
