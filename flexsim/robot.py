@@ -15,7 +15,8 @@ import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from flexsim.arm.beam import beta_lengths
+from flexsim.arm.beam import MODES, beta_lengths
+from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
 from flexsim.loop.followed import require_followed
@@ -38,7 +39,6 @@ from flexsim.plants.rod_as_beam import require_uniform
 from flexsim.plants.rod_plant import RodPlant
 
 BEAMS = ("file", "analytic")
-MODES, SEGMENTS = 3, 6
 SAME_LENGTH = 1e-6  # relative
 BALANCED = 1e-9  # [kg m] of the hub about joint 2
 KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")

@@ -25,6 +25,7 @@ from flexsim.numerics.jit import jit
 from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 
+MODES = 3  # of the paper's model
 MODES_MAX = 40  # quadrature of products of modes is checked to rounding up to here
 
 

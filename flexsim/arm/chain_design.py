@@ -27,6 +27,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 
+SEGMENTS = 6  # unless told otherwise
 SEGMENTS_LEAST = 3  # a spring for each frequency; none is left for the couplings, off by up to
 # 25 % (with 4: 0.4 %), so that 3 is a rung to compare with, not a model of the beam
 SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and tuning takes 3 s
@@ -68,7 +69,7 @@ class ChainDesign:
         return float(np.abs([self.Phi_error, self.moment_error]).max())
 
 
-def design_chain(parameters: Parameters, segments: int = 6) -> ChainDesign:
+def design_chain(parameters: Parameters, segments: int = SEGMENTS) -> ChainDesign:
     """Return the chain with exact frequencies and the closest couplings to the joints.
 
     Raises:

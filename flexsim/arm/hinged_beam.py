@@ -15,13 +15,13 @@ import math
 
 import numpy as np
 
-from flexsim.arm.beam import beta_lengths, mode_constants, mode_shape
+from flexsim.arm.beam import MODES, beta_lengths, mode_constants, mode_shape
 from flexsim.errors import ModelError
 from flexsim.numerics.eigen import rotated
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
-TUNED_MODES = 3
+TUNED_MODES = MODES
 
 
 def beam_modes() -> Array:

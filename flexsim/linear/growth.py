@@ -11,6 +11,7 @@ import numpy as np
 
 from flexsim.linear.loop_poles import LoopOptions, small_signal
 from flexsim.loop.friction import Friction
+from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 
@@ -42,4 +43,4 @@ def loop_options(
         ParameterError: an unknown hold, or a torque gain that is not finite.
     """
     gain, damping = small_signal(friction)
-    return LoopOptions(period, -1.0, torque_gain or gain, damping, hold)
+    return LoopOptions(period, V_GAIN, torque_gain or gain, damping, hold)

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexsim.errors import ParameterError
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.loop.friction import Friction
+from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -49,7 +50,7 @@ class LoopOptions:
     """
 
     period: float = PERIOD
-    v_gain: float = -1.0
+    v_gain: float = V_GAIN
     torque_gain: tuple[float, float] = (1.0, 1.0)
     joint_damping: tuple[float, float] = (0.0, 0.0)
     hold: str = "exact"

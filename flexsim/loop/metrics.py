@@ -14,6 +14,8 @@ from scipy.spatial import cKDTree
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 
+WEIGHTS = (1.0, 1.0, 1.0)  # of x, y and v in the index (5), unless told otherwise
+
 
 def envelope_half_width(tip: ArrayLike, reference: ArrayLike) -> float:
     """Return the largest distance from a response point to the set of reference points [m].
@@ -34,7 +36,7 @@ def rms_distance(first: ArrayLike, second: ArrayLike) -> float:
     return float(np.sqrt(np.mean(np.sum(apart**2, axis=1))))
 
 
-def performance_index(motion: Motion, weights: ArrayLike = (1.0, 1.0, 1.0)) -> float:
+def performance_index(motion: Motion, weights: ArrayLike = WEIGHTS) -> float:
     """Return the performance index (5) of a motion [m2 s], trapezoidal rule; inf if diverged.
 
     Args:

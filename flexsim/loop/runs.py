@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population, stack_filters
 from flexsim.loop.friction import joint_torques
+from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
-from flexsim.loop.settings import Setting
+from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
@@ -30,8 +31,8 @@ V_LIMIT = 0.5  # of the beam's length: a tip deflection beyond which neither mod
 def loop_of(
     plant: Plant,
     reference: Reference,
-    v_gain: float = -1.0,
-    weights: ArrayLike = (1.0, 1.0, 1.0),
+    v_gain: float = V_GAIN,
+    weights: ArrayLike = WEIGHTS,
 ) -> Loop:
     """Return what the compiled loop needs to know of a reference, for one plant.
 

@@ -13,6 +13,8 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
 
+V_GAIN = -1.0  # factor of atan(v/(r+L)) in the measured angle of joint 2, in the paper
+
 
 @dataclass(frozen=True)
 class Setting:

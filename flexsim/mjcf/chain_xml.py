@@ -31,6 +31,7 @@ from flexsim.mjcf.arm_xml import (
     sensors,
     worldbody,
 )
+from flexsim.numerics.step_limits import LONGEST_STEP
 
 STRIP_WIDTH = 0.02  # [m] of the steel strip that (24) and (26) fit; stands on edge, along z
 STRIP_THICKNESS = 0.001  # [m]
@@ -82,7 +83,7 @@ def bent_angles(parameters: Parameters, design: ChainDesign) -> list[float]:
     return angles
 
 
-def chain_mjcf(parameters: Parameters, design: ChainDesign, timestep: float = 1e-3) -> str:
+def chain_mjcf(parameters: Parameters, design: ChainDesign, timestep: float = LONGEST_STEP) -> str:
     """Return the text of the MJCF file of the arm with this chain for a beam.
 
     Args:

@@ -10,7 +10,7 @@ import math
 
 import mujoco
 
-from flexsim.arm.chain_design import design_chain, plain_chain
+from flexsim.arm.chain_design import SEGMENTS, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import ChainModel, load_chain, longest_step
@@ -24,7 +24,7 @@ MARGIN = 1.05  # of a designed chain to the limit of its frequencies
 
 
 def designed_chain(
-    parameters: Parameters, segments: int = 6, step: float | None = None, tuned: bool = True
+    parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, tuned: bool = True
 ) -> ChainModel:
     """Return the chain of a robot, as `flexsim chain` writes it.
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from flexsim.arm.chain_design import SEGMENTS_LEAST, SEGMENTS_MOST
+from flexsim.arm.chain_design import SEGMENTS, SEGMENTS_LEAST, SEGMENTS_MOST
 from flexsim.arm.parameters import Parameters
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.chain_file import ChainModel
@@ -24,7 +24,6 @@ from flexsim.mjcf.designed import designed_chain, designed_rod
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
 
-SEGMENTS = 6  # of the default
 RELATIVE, ABSOLUTE = 1e-9, 1e-12  # below which numbers are the same: files have 12 digits
 ABSENT = "-"
 

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.errors import ParameterError
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.dense import product, solve
 from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.state_matrix import state_matrix
@@ -40,7 +41,7 @@ DAMPED_SHARE = 0.01  # damping ratio from which the disc counts, not the imagina
 REAL = 1e-6  # imaginary part, relative, below which an eigenvalue counts as real
 GROWTH = 1e-6  # of the map's radius over 1: rounding of the double one of a rigid motion
 HALVINGS = 30  # of the interval in which a limit is searched: 1e-9 of it
-LONGEST_STEP = 1e-3  # [s] the control period of the paper
+LONGEST_STEP = PERIOD
 SHORTEST_STEP = 1e-7  # [s] a second takes minutes
 POSES = np.linspace(0.0, np.pi, 5)  # [rad] of joint 2, from stretched to folded
 

@@ -15,12 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexsim.arm.beam import modal_integrals
+from flexsim.arm.beam import MODES, modal_integrals
 from flexsim.arm.parameters import Parameters
 from flexsim.numerics.dense import product
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.jit import jit
+from flexsim.numerics.step_limits import LONGEST_STEP
 from flexsim.numerics.types import Array
 
 
@@ -57,7 +58,9 @@ class AssumedModes(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def assumed_modes(parameters: Parameters, n: int = 3, step: float = 1e-3) -> AssumedModes:
+def assumed_modes(
+    parameters: Parameters, n: int = MODES, step: float = LONGEST_STEP
+) -> AssumedModes:
     """Return the coefficients of the assumed-modes model with n modes and an RK4 step [s].
 
     With n = 0 the second link is rigid.

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexsim.arm.beam import MODES
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
 from flexsim.mjcf.as_parameters import parameters_of
@@ -26,6 +27,7 @@ from flexsim.numerics.dense import product, solve
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.state_matrix import state_matrix
+from flexsim.numerics.step_limits import LONGEST_STEP
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes
 
@@ -56,7 +58,7 @@ class Vibration:
     compliance: float
 
 
-def vibration(chain: ChainModel, parameters: Parameters, n: int = 3) -> Vibration:
+def vibration(chain: ChainModel, parameters: Parameters, n: int = MODES) -> Vibration:
     """Return the linear properties of a chain as MuJoCo compiled it.
 
     Args:
@@ -116,7 +118,7 @@ def clamped_damping(chain: ChainModel) -> Array:
     return np.where(np.abs(ratios) < ROUNDING, 0.0, ratios)
 
 
-def modes_of_chain(chain: ChainModel, n: int = 3, step: float = 1e-3) -> AssumedModes:
+def modes_of_chain(chain: ChainModel, n: int = MODES, step: float = LONGEST_STEP) -> AssumedModes:
     """Return the coefficients of the assumed-modes equations with n modes of the chain itself.
 
     To second order in the modal coordinates, as the equations are: the segments' rotations shorten

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.arm.beam import mode_shapes
+from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.mjcf.chain_file import (
@@ -55,7 +56,7 @@ class ChainPlant:
     def designed(
         cls,
         parameters: Parameters,
-        segments: int = 6,
+        segments: int = SEGMENTS,
         step: float | None = None,
         tuned: bool = True,
         name: str = "chain",

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
-from flexsim.arm.beam import mode_shapes
+from flexsim.arm.beam import MODES, mode_shapes
 from flexsim.arm.kinematics import in_world, tip_position
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
@@ -25,6 +25,7 @@ from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import without_damping
 from flexsim.numerics.dense import product
 from flexsim.numerics.step_limits import (
+    LONGEST_STEP,
     POSES,
     fastest_decay,
     halved,
@@ -65,8 +66,8 @@ class AssumedModesPlant:
     """
 
     parameters: Parameters = field(default_factory=Parameters)
-    modes: int = 3
-    step: float = 1e-3
+    modes: int = MODES
+    step: float = LONGEST_STEP
     form: str = "consistent"
     name: str = "assumed-modes"
     chain: ChainModel | None = None
@@ -90,7 +91,7 @@ class AssumedModesPlant:
             )
 
     @classmethod
-    def of_chain(cls, chain: ChainModel, modes: int = 3, **more: Any) -> AssumedModesPlant:
+    def of_chain(cls, chain: ChainModel, modes: int = MODES, **more: Any) -> AssumedModesPlant:
         """Return the plant of an MJCF file: its rigid bodies, the modes of its own chain.
 
         Args:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from flexsim.errors import ParameterError
 from flexsim.linear.linearise import linearise
 from flexsim.loop.friction import Friction
+from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.dense import product
 from flexsim.numerics.eigenvalues import eigenvalues
@@ -68,7 +69,7 @@ def shaped_reference(
     lead: float = 0.0,
     filters: Filters | None = None,
     friction: Friction | None = None,
-    v_gain: float = -1.0,
+    v_gain: float = V_GAIN,
     dither: bool = False,
 ) -> Reference:
     """Return the reference whose joint angles make the true tip follow, for any controller.

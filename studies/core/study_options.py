@@ -16,9 +16,9 @@ from typing import Annotated, Any, ClassVar, Self
 
 import tyro
 
+from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
-from flexsim.robot import MODES
 from studies.core.options import RobotOptions
 
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}

@@ -23,6 +23,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from flexsim.arm.beam import MODES
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
@@ -35,7 +36,6 @@ from flexsim.numerics.state_matrix import state_matrix
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
-from flexsim.robot import MODES
 from studies.ladder.rows import IntegratorRow, ModalFigures
 from studies.parity.motions import AMPLITUDES, BRISK, POSE, trial_torque
 

@@ -26,6 +26,7 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TUNED
+from flexsim.arm.beam import MODES
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import measures, rms_distance
@@ -36,7 +37,7 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.robot import MODES, Robot
+from flexsim.robot import Robot
 from studies.core.carry_out import Study, ticker
 from studies.core.repeats import perturbed
 from studies.core.study_options import Out, StudyOptions, ThreadOptions

@@ -20,6 +20,7 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TUNED, Controller
+from flexsim.arm.beam import MODES
 from flexsim.loop.metrics import envelope_half_width, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive, evaluate
@@ -29,7 +30,7 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.printed import AS_PRINTED, MISPRINTS, printed_mass, printed_modes
-from flexsim.robot import MODES, Robot
+from flexsim.robot import Robot
 from studies.core.carry_out import Study, counted
 from studies.core.repeats import perturbed
 from studies.core.study_options import ModelOptions, Out, Perturbations, SeedOptions, StudyOptions

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from flexsim.arm.beam import modal_integrals, mode_shapes
+from flexsim.arm.beam import MODES, modal_integrals, mode_shapes
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
@@ -20,7 +20,7 @@ from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import free_frequencies
 from flexsim.plants.chain_as_modes import clamped_damping, vibration
-from flexsim.robot import MODES, Robot
+from flexsim.robot import Robot
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
 from studies.core.table import Column, Table

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from flexsim.loop.friction import Friction
-from flexsim.loop.settings import Setting, setting
+from flexsim.loop.settings import V_GAIN, Setting, setting
 from flexsim.loop.trajectories import Trajectory, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
@@ -42,7 +42,7 @@ class Variant:
     group: str
     name: str
     setting: Setting = field(default_factory=lambda: setting("reconstructed"))
-    v_gain: float = -1.0
+    v_gain: float = V_GAIN
     centre: tuple[float, float] | None = None
     size: float = 1.0
     slowness: float = 1.0

@@ -8,15 +8,15 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flexsim.arm.beam import modal_integrals
-from flexsim.arm.chain_design import ChainDesign, design_chain, plain_chain
+from flexsim.arm.beam import MODES, modal_integrals
+from flexsim.arm.chain_design import SEGMENTS, ChainDesign, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import highest_frequency, longest_step
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
 from flexsim.mjcf.designed import compiled
+from flexsim.numerics.step_limits import LONGEST_STEP
 from flexsim.numerics.types import Array
-from flexsim.robot import MODES, SEGMENTS
 from studies.core.console import console
 from studies.core.folder import to_json
 from studies.core.table import Column, Table
@@ -33,7 +33,7 @@ class ChainConfig:
     """MJCF file to write; its name ends in .xml."""
     segments: int = SEGMENTS
     """Number of hinged segments: 3 to 16, or 3 to 200 when plain."""
-    timestep: float = 1e-3
+    timestep: float = LONGEST_STEP
     """Physics step of the file [s]; RK4 needs it below 2.8 over the highest frequency."""
     plain: bool = False
     """Leave the chain untuned: hinges at the centres of equal cells h, stiffness EI/h."""

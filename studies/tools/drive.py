@@ -16,12 +16,13 @@ from flexsim.files.reading import MIB, read_text
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
 from studies.core.options import RobotOptions, show_differences
 from studies.core.text import spelled
 
-ROW_PERIOD = 1e-3  # [s]
+ROW_PERIOD = PERIOD
 ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
 QUOTED = 60  # characters of a wrong line that a message shows
 TORQUE_HEADER = ["t", "tau1", "tau2"]

@@ -17,8 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
+from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
@@ -26,7 +28,7 @@ from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.robot import MODES, Robot, plant_kind
+from flexsim.robot import Robot, plant_kind
 from studies.core.paper import PLANTS
 from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
 from studies.tuning.genetic import (
@@ -98,7 +100,7 @@ class Tuning:
     terms: int = 10
     period: float = PERIOD
     filter_time: float = 0.0
-    weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    weights: tuple[float, float, float] = WEIGHTS
     perturb: int = 0
     perturb_spread: float = 0.2
     perturb_payload: float = 0.02
@@ -180,7 +182,7 @@ class Problem:
     design: ControllerDesign
     scenarios: tuple[tuple[Plant, Setting], ...]
     reference: Reference
-    weights: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    weights: tuple[float, float, float] = WEIGHTS
     threads: int | None = None
 
     def __call__(self, parameters: Array) -> Scores:

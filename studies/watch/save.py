@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flexsim.arm.beam import MODES
 from flexsim.errors import FlexsimError, ModelError
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.motion import Motion
@@ -23,7 +24,7 @@ from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import vibration
-from flexsim.robot import MODES, Robot
+from flexsim.robot import Robot
 from studies.parity.modes import ModesResult, compared
 from studies.parity.motions import AMPLITUDES, POSE, fitting_torque
 
