@@ -157,7 +157,7 @@ class Robot:
         setting: Setting | None = None,
         segments: int | None = None,
         step: float | None = None,
-        tuned: bool = True,
+        fitted: bool = True,
         name: str = "chain",
     ) -> ChainPlant:
         """Return the chain: the file's, or one designed, of 6 segments unless given.
@@ -170,10 +170,10 @@ class Robot:
             require_uniform(self.rod)
         if chain is None:
             own, size = self._parameters(setting), SEGMENTS if segments is None else segments
-            plant = ChainPlant.designed(own, size, step, tuned, name)
+            plant = ChainPlant.designed(own, size, step, fitted, name)
             shorter = _shortened(plant.chain, setting, step)
             if shorter is not None:
-                plant = ChainPlant.designed(own, size, shorter, tuned, name)
+                plant = ChainPlant.designed(own, size, shorter, fitted, name)
             return plant
         for what, value, its in (
             ("segments", segments, len(chain.lengths)),

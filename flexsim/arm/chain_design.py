@@ -9,7 +9,7 @@ A chain is a rigid piece fixed to the hub, then N rigid segments joined by hinge
 Each piece has the mass, the centre and the inertia of the uniform beam it replaces, so only the
 hinges' positions and stiffnesses are free; `flexsim.arm.hinged_beam` has the chain's linear
 dynamics. With hinges at the centres of N equal cells and stiffness EI/h (`plain_chain`) the
-frequencies converge with order 2 only. `flexsim.arm.chain_tuning` moves the hinges and tunes the
+frequencies converge with order 2 only. `flexsim.arm.chain_fit` moves the hinges and tunes the
 springs until the first three clamped frequencies are exact and the modes' couplings to the joints
 are as close as N hinges allow.
 """
@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from flexsim.arm.chain_tuning import frequencies_aimed_at, tuned_chain
-from flexsim.arm.hinged_beam import TUNED_MODES, chain_modes, shape_errors, shapes_at_nodes
+from flexsim.arm.chain_fit import fitted_chain, frequencies_aimed_at
+from flexsim.arm.hinged_beam import FITTED_MODES, chain_modes, shape_errors, shapes_at_nodes
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
@@ -30,7 +30,7 @@ from flexsim.numerics.types import Array
 SEGMENTS = 6  # unless told otherwise
 SEGMENTS_LEAST = 3  # a spring for each frequency; none is left for the couplings, off by up to
 # 25 % (with 4: 0.4 %), so that 3 is a rung to compare with, not a model of the beam
-SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and tuning takes 3 s
+SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and fitting takes 3 s
 PLAIN_MOST = 200
 
 
@@ -40,7 +40,7 @@ class ChainDesign:
 
     Attributes:
         segments: N.
-        tuned: whether the frequencies have been made exact.
+        fitted: whether the frequencies have been made exact.
         position: (N,) distance of the hinges from the clamp [m].
         stiffness: (N,) of the hinges [N m/rad].
         frequency: (N,) of the clamped chain [rad/s].
@@ -52,7 +52,7 @@ class ChainDesign:
     """
 
     segments: int
-    tuned: bool
+    fitted: bool
     position: Array
     stiffness: Array
     frequency: Array
@@ -78,8 +78,8 @@ def design_chain(parameters: Parameters, segments: int = SEGMENTS) -> ChainDesig
     """
     reason = "three frequencies need three hinges, their couplings four; past 16 nothing is gained"
     segments = _whole(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
-    a, k = tuned_chain(segments)
-    return _report(parameters, np.array(a), np.array(k), tuned=True)
+    a, k = fitted_chain(segments)
+    return _report(parameters, np.array(a), np.array(k), fitted=True)
 
 
 def plain_chain(parameters: Parameters, segments: int) -> ChainDesign:
@@ -88,9 +88,9 @@ def plain_chain(parameters: Parameters, segments: int) -> ChainDesign:
     Raises:
         ParameterError: segments is not a whole number from 3 to 200.
     """
-    segments = _whole(segments, TUNED_MODES, PLAIN_MOST, "the report compares three modes")
+    segments = _whole(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
     a = (np.arange(segments) + 0.5) / segments
-    return _report(parameters, a, np.full(segments, float(segments)), tuned=False)
+    return _report(parameters, a, np.full(segments, float(segments)), fitted=False)
 
 
 def _whole(segments: Any, least: int, most: int, reason: str) -> int:
@@ -103,7 +103,7 @@ def _whole(segments: Any, least: int, most: int, reason: str) -> int:
     return int(segments)
 
 
-def _report(parameters: Parameters, a: Array, k: Array, tuned: bool) -> ChainDesign:
+def _report(parameters: Parameters, a: Array, k: Array, fitted: bool) -> ChainDesign:
     """Return a dimensionless chain in metres and N m/rad, with its errors."""
     p = parameters
     omega, q = chain_modes(a, k)
@@ -111,11 +111,11 @@ def _report(parameters: Parameters, a: Array, k: Array, tuned: bool) -> ChainDes
     chain, beam = shapes_at_nodes(a, q)  # unit columns
     return ChainDesign(
         segments=len(a),
-        tuned=tuned,
+        fitted=fitted,
         position=p.L * a,
         stiffness=p.EI / p.L * k,
         frequency=omega * np.sqrt(p.EI / p.rho) / p.L**2,
-        frequency_error=omega[:TUNED_MODES] / frequencies_aimed_at() - 1,
+        frequency_error=omega[:FITTED_MODES] / frequencies_aimed_at() - 1,
         Phi_error=errors[:3],
         moment_error=errors[3:6],
         tip_error=errors[6:9],

@@ -21,12 +21,16 @@ from flexsim.numerics.eigen import rotated
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
+<<<<<<< HEAD
 TUNED_MODES = MODES
+=======
+FITTED_MODES = 3
+>>>>>>> 0efac8e (A chain is fitted to the beam, controllers are tuned: one word, one meaning)
 
 
 def beam_modes() -> Array:
     """Return (3, 3) of the beam's modes: beta_i L, and the two constants of `mode_constants`."""
-    return np.array([(b, *mode_constants(b)) for b in beta_lengths(TUNED_MODES)])
+    return np.array([(b, *mode_constants(b)) for b in beta_lengths(FITTED_MODES)])
 
 
 @jit
@@ -80,8 +84,8 @@ def chain_modes(a: Array, k: Array) -> tuple[Array, Array]:
 @jit
 def frequency_sensitivity(k: Array, omega: Array, q: Array) -> Array:
     """Return d ln omega_i / d ln k_j (3, N): the share of hinge j in the energy, halved."""
-    share = np.empty((TUNED_MODES, k.shape[0]))
-    for i in range(TUNED_MODES):
+    share = np.empty((FITTED_MODES, k.shape[0]))
+    for i in range(FITTED_MODES):
         for j in range(k.shape[0]):
             share[i, j] = k[j] * q[j, i] * q[j, i] / (2.0 * omega[i] * omega[i])
     return share
@@ -93,12 +97,12 @@ def fill_shape_errors(a: Array, k: Array, q: Array, beam: Array, errors: Array) 
     errors[:] = 0.0
     for j in range(a.shape[0]):
         u = 1.0 - a[j]
-        for i in range(TUNED_MODES):  # the integrals of max(0, s - a)
+        for i in range(FITTED_MODES):  # the integrals of max(0, s - a)
             errors[i] += u * u / 2.0 * q[j, i]
             errors[3 + i] += (u * u * u / 3.0 + a[j] * u * u / 2.0) * q[j, i]
             errors[6 + i] += u * q[j, i]
         errors[9] += 3.0 * u * u / k[j]
-    for i in range(TUNED_MODES):
+    for i in range(FITTED_MODES):
         b, growing, quotient = beam[i, 0], beam[i, 1], beam[i, 2]
         errors[i] /= 2.0 * quotient / b
         errors[3 + i] /= 2.0 / (b * b)
@@ -121,7 +125,7 @@ def shape_errors(a: Array, k: Array, q: Array) -> Array:
 def fill_shapes(a: Array, q: Array, beam: Array, chain: Array, exact: Array) -> None:
     """Fill chain and exact (N+1, 3) as `shapes_at_nodes`; beam: of `beam_modes`."""
     n = a.shape[0]
-    for i in range(TUNED_MODES):
+    for i in range(FITTED_MODES):
         b, growing, quotient = beam[i, 0], beam[i, 1], beam[i, 2]
         chain_length = exact_length = 0.0
         for node in range(n + 1):
@@ -140,6 +144,6 @@ def fill_shapes(a: Array, q: Array, beam: Array, chain: Array, exact: Array) -> 
 
 def shapes_at_nodes(a: Array, q: Array) -> tuple[Array, Array]:
     """Return the first modes of chain and beam at hinges and tip (N+1, 3), unit columns."""
-    chain, exact = np.empty((len(a) + 1, TUNED_MODES)), np.empty((len(a) + 1, TUNED_MODES))
+    chain, exact = np.empty((len(a) + 1, FITTED_MODES)), np.empty((len(a) + 1, FITTED_MODES))
     fill_shapes(a, q, beam_modes(), chain, exact)
     return chain, exact

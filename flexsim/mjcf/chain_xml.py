@@ -126,11 +126,11 @@ def write_chain(path: Path, text: str, force: bool = False) -> Path:
 
 
 def _header(design: ChainDesign, timestep: float) -> str:
-    kind = "tuned" if design.tuned else "plain"
+    kind = "tuned" if design.fitted else "plain"
     chosen = (
         "Positions and stiffnesses of the hinges are tuned: the first three clamped frequencies\n"
         "    are the beam's own, and its modes couple to the joints as the beam's do"
-        if design.tuned
+        if design.fitted
         else "The hinges are at the centres of equal cells h, with stiffness EI/h: not tuned"
     )
     return f"""
@@ -154,7 +154,7 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
     """Return the nested bodies of the beam."""
     rho = num(p.rho)
     root, *segments = beam_pieces(p, design)
-    how = "tuned" if design.tuned else "EI/h"
+    how = "tuned" if design.fitted else "EI/h"
     lines = [
         "        <!-- clamped at r, (21); masses: rho times the length, moments about z: m l^2/12,",
         f"             with rho = {rho} kg/m, (24); positions and stiffnesses of the hinges:",

@@ -24,19 +24,23 @@ MARGIN = 1.05  # of a designed chain to the limit of its frequencies
 
 
 def designed_chain(
+<<<<<<< HEAD
     parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, tuned: bool = True
+=======
+    parameters: Parameters, segments: int = 6, step: float | None = None, fitted: bool = True
+>>>>>>> 0efac8e (A chain is fitted to the beam, controllers are tuned: one word, one meaning)
 ) -> ChainModel:
     """Return the chain of a robot, as `flexsim chain` writes it.
 
     Args:
         parameters: the robot; segments: N.
         step: physics step [s]; None for 1 ms, halved until RK4 can take it.
-        tuned: whether positions and stiffnesses of the hinges are.
+        fitted: whether positions and stiffnesses of the hinges are.
 
     Raises:
         ParameterError, ModelError: segments or step out of range.
     """
-    design = (design_chain if tuned else plain_chain)(parameters, segments)
+    design = (design_chain if fitted else plain_chain)(parameters, segments)
     if step is None:
         model = compiled(chain_mjcf(parameters, design))
         bound = RK4_LIMIT / (MARGIN * design.frequency[-1])

@@ -58,7 +58,7 @@ class ChainPlant:
         parameters: Parameters,
         segments: int = SEGMENTS,
         step: float | None = None,
-        tuned: bool = True,
+        fitted: bool = True,
         name: str = "chain",
     ) -> ChainPlant:
         """Return the chain of a robot, as `flexsim chain` writes it.
@@ -66,12 +66,12 @@ class ChainPlant:
         Args:
             parameters: the robot; segments: N.
             step: physics step [s]; None for 1 ms, halved until RK4 can take it.
-            tuned: whether positions and stiffnesses of the hinges are. name: of the plant.
+            fitted: whether positions and stiffnesses of the hinges are. name: of the plant.
 
         Raises:
             ParameterError, ModelError: segments or step out of range.
         """
-        return cls(parameters, designed_chain(parameters, segments, step, tuned), name)
+        return cls(parameters, designed_chain(parameters, segments, step, fitted), name)
 
     @property
     def step(self) -> float:

@@ -108,7 +108,7 @@ def as_dict(result: ChainResult) -> dict[str, object]:
     return {
         "file": str(result.config.out),
         "segments": result.design.segments,
-        "tuned": result.design.tuned,
+        "tuned": result.design.fitted,
         "timestep": result.config.timestep,
         **{name: getattr(result.design, name) for name in (*of_design, *more)},
         "beam_frequency": result.beam_frequency,

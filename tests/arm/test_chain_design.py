@@ -103,10 +103,10 @@ def test_first_three_frequencies_are_the_beams(segments: int) -> None:
     assert np.abs(design.frequency_error).max() < TUNED
 
 
-def test_an_untuned_chain_fails_that_check() -> None:
+def test_an_unfitted_chain_fails_that_check() -> None:
     design = plain_chain(PARAMETERS, 6)
     assert np.abs(design.frequency_error).max() > 1e6 * TUNED
-    assert not design.tuned
+    assert not design.fitted
 
 
 # Worst error of Phi_i and of the first moment [%], and highest clamped frequency [rad/s], which

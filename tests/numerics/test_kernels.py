@@ -28,7 +28,7 @@ LEAST = 900  # values compared: two designs' worth of numbers more than rows of 
 def values(kernel: str | None, narrow: bool) -> dict[str, Any]:
     """Return what a process finds under a kernel; see `kernel_values`."""
     done = subprocess.run(
-        [sys.executable, str(VALUES)],
+        [sys.executable, "-P", str(VALUES)],
         env=environment(kernel, narrow),
         capture_output=True,
         text=True,

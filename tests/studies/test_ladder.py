@@ -61,7 +61,7 @@ def test_the_reference_is_finer_than_what_is_held_against_it(content: dict[str, 
         assert 0 < doubt < min(row[f"tip_{torque}"] for row in content["rows"])
 
 
-def test_untuned_chains_converge_with_order_two(content: dict[str, Any]) -> None:
+def test_unfitted_chains_converge_with_order_two(content: dict[str, Any]) -> None:
     sizes = np.array([8, 16, 32])
     exact = clamped_frequencies(Parameters(), 3) / (2 * np.pi)
     found = np.array(

@@ -1,6 +1,6 @@
-"""The tuning behind `chain_design`: where to put N hinges, and how stiff to make them.
+"""The fit behind `chain_design`: where to put N hinges, and how stiff to make them.
 
-    >>> a, k = tuned_chain(6)        # a/L and k L/EI
+    >>> a, k = fitted_chain(6)        # a/L and k L/EI
 
 Least squares over N+1 gaps and N stiffnesses; the first three frequencies are no residuals, since
 every trial is brought back to exact ones by Newton's iteration. The least squares are MINPACK's,
@@ -20,7 +20,7 @@ from scipy.optimize import leastsq
 
 from flexsim.arm.beam import beta_lengths
 from flexsim.arm.hinged_beam import (
-    TUNED_MODES,
+    FITTED_MODES,
     beam_modes,
     fill_modes,
     fill_shape_errors,
@@ -50,7 +50,7 @@ NEWTON_LONGEST = 1.0  # change of ln k in one step
 STARTS = (0.0, 0.05, -0.05, 0.1)  # of the variables, up and down: the plain chain, then others
 POSITION_DIGITS = 5  # of a/L: 5 micrometres on half a metre
 STIFFNESS_DIGITS = 3  # of k L/EI, before the frequencies are made exact again ...
-TUNED_DIGITS = 10  # ... and after, so that they are exact to FREQUENCY_MOST
+FITTED_DIGITS = 10  # ... and after, so that they are exact to FREQUENCY_MOST
 FREQUENCY_MOST = 2e-11  # relative, by the rounding of k
 COUPLING_MOST = {3: 0.26, 4: 0.004}  # largest error of a coupling to the joints; from 5 on ...
 COUPLING_MOST_OF_MORE = 0.001
@@ -92,14 +92,14 @@ def exact_frequencies(a: Array, k: Array, exact: Array, omega: Array, q: Array) 
         if not fill_modes(a, k, omega, q):
             return np.inf
         worst = 0.0
-        for i in range(TUNED_MODES):
+        for i in range(FITTED_MODES):
             error[i] = math.log(omega[i] / exact[i])
             worst = max(worst, abs(error[i]))
         if not worst > NEWTON_DONE or step == NEWTON_STEPS:
             return worst
         share = frequency_sensitivity(k, omega, q)
-        for i in range(TUNED_MODES):
-            for j in range(TUNED_MODES):
+        for i in range(FITTED_MODES):
+            for j in range(FITTED_MODES):
                 product[i, j] = 0.0
                 for c in range(n):
                     product[i, j] += share[i, c] * share[j, c]
@@ -109,7 +109,7 @@ def exact_frequencies(a: Array, k: Array, exact: Array, omega: Array, q: Array) 
         longest = 0.0
         for c in range(n):
             least[c] = 0.0
-            for i in range(TUNED_MODES):
+            for i in range(FITTED_MODES):
                 least[c] += share[i, c] * weight[i]
             longest = max(longest, abs(least[c]))
         scale = NEWTON_LONGEST / longest if longest > NEWTON_LONGEST else 1.0
@@ -135,10 +135,10 @@ def _back(lower: Array, right: Array, x: Array) -> None:
 
 @jit
 def _fill_residuals(x: Array, n: int, exact: Array, beam: Array, out: Array) -> None:
-    """Fill what the tuning minimises, for variables (2N+1,), each scaled to matter at 1."""
+    """Fill what the fit minimises, for variables (2N+1,), each scaled to matter at 1."""
     a, k, omega, q = np.empty(n), np.empty(n), np.empty(n), np.empty((n, n))
     errors = np.empty(ERRORS)
-    chain, shape = np.empty((n + 1, TUNED_MODES)), np.empty((n + 1, TUNED_MODES))
+    chain, shape = np.empty((n + 1, FITTED_MODES)), np.empty((n + 1, FITTED_MODES))
     unpack(x, a, k)
     missed = exact_frequencies(a, k, exact, omega, q)
     out[0] = min(missed, MISSED_MOST) / MISSED_SCALE
@@ -152,7 +152,7 @@ def _fill_residuals(x: Array, n: int, exact: Array, beam: Array, out: Array) -> 
         row += 1
     fill_shapes(a, q, beam, chain, shape)
     for node in range(n + 1):
-        for i in range(TUNED_MODES):
+        for i in range(FITTED_MODES):
             out[row] = (chain[node, i] - shape[node, i]) / SHAPE_SCALE
             row += 1
     out[row] = math.log(omega[n - 1] / (TOP_TARGET * n * n))
@@ -180,8 +180,8 @@ def _fill_jacobian(x: Array, n: int, exact: Array, beam: Array, out: Array) -> N
 
 
 @lru_cache
-def tuned_chain(segments: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return a/L and k L/EI (N,) of the tuned chain of N segments.
+def fitted_chain(segments: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return a/L and k L/EI (N,) of the fitted chain of N segments.
 
     Raises:
         ParameterError: no start led to a chain that keeps what is asked of it.
@@ -203,7 +203,7 @@ def tuned_chain(segments: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def _least_squares(segments: int, start: Array) -> tuple[Array, bool]:
     """Return the variables (2N+1,) that fit best, and whether MINPACK says that they do."""
     exact, beam = frequencies_aimed_at(), beam_modes()
-    rows, columns = 1 + ERRORS + TUNED_MODES * (segments + 1) + 1 + len(start), len(start)
+    rows, columns = 1 + ERRORS + FITTED_MODES * (segments + 1) + 1 + len(start), len(start)
 
     def residuals(x: Array) -> Array:
         out = np.empty(rows)
@@ -237,11 +237,11 @@ def _rounded(variables: Array, segments: int) -> tuple[Array, Array]:
     exact_frequencies(a, k, exact, omega, q)
     a, k = np.round(a, POSITION_DIGITS), np.round(k, STIFFNESS_DIGITS)
     exact_frequencies(a, k, exact, omega, q)
-    return a, np.round(k, TUNED_DIGITS)
+    return a, np.round(k, FITTED_DIGITS)
 
 
 def flaw(a: Array, k: Array) -> str:
-    """Return what a chain lacks of what the tuning promises, '' when it keeps everything.
+    """Return what a chain lacks of what the fit promises, '' when it keeps everything.
 
     Args:
         a: (N,) a/L; k: (N,) k L/EI.
@@ -254,7 +254,7 @@ def flaw(a: Array, k: Array) -> str:
     omega, q, errors = np.empty(n), np.empty((n, n)), np.empty(ERRORS)
     if not fill_modes(a, k, omega, q):
         return "the chain has no modes"
-    missed = float(np.abs(omega[:TUNED_MODES] / frequencies_aimed_at() - 1).max())
+    missed = float(np.abs(omega[:FITTED_MODES] / frequencies_aimed_at() - 1).max())
     if not missed <= FREQUENCY_MOST:
         return f"a frequency is off by {missed:.2g} of itself"
     fill_shape_errors(a, k, q, beam_modes(), errors)
@@ -266,4 +266,4 @@ def flaw(a: Array, k: Array) -> str:
 
 def frequencies_aimed_at() -> Array:
     """Return (beta_i L)^2 (3,) of the first modes: omega in units of sqrt(EI/rho)/L^2."""
-    return np.array([b * b for b in beta_lengths(TUNED_MODES)])
+    return np.array([b * b for b in beta_lengths(FITTED_MODES)])

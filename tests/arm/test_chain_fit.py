@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from flexsim import ParameterError
-from flexsim.arm import chain_tuning
-from flexsim.arm.chain_tuning import (
+from flexsim.arm import chain_fit
+from flexsim.arm.chain_fit import (
     FREQUENCY_MOST,
     exact_frequencies,
+    fitted_chain,
     flaw,
     frequencies_aimed_at,
-    tuned_chain,
 )
 
 pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
@@ -20,13 +20,13 @@ pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
 
 @pytest.fixture(autouse=True)
 def fresh() -> Iterator[None]:
-    tuned_chain.cache_clear()
+    fitted_chain.cache_clear()
     yield
-    tuned_chain.cache_clear()
+    fitted_chain.cache_clear()
 
 
-def test_a_tuned_chain_has_no_flaw() -> None:
-    a, k = (np.array(each) for each in tuned_chain(6))
+def test_a_fitted_chain_has_no_flaw() -> None:
+    a, k = (np.array(each) for each in fitted_chain(6))
     assert flaw(a, k) == ""
     assert flaw(a, k * (1 + 10 * FREQUENCY_MOST)).startswith("a frequency is off by 1e-10")
     assert "follow one another" in flaw(a[::-1], k)
@@ -48,10 +48,10 @@ def test_frequencies_out_of_reach_are_reported() -> None:
 
 
 def test_a_poor_first_start_is_followed_by_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = tuned_chain(4)
-    tuned_chain.cache_clear()
-    monkeypatch.setattr(chain_tuning, "STARTS", (3.0, 0.0))  # gaps of e^3 to 1, which lead nowhere
-    assert tuned_chain(4) == expected
+    expected = fitted_chain(4)
+    fitted_chain.cache_clear()
+    monkeypatch.setattr(chain_fit, "STARTS", (3.0, 0.0))  # gaps of e^3 to 1, which lead nowhere
+    assert fitted_chain(4) == expected
 
 
 @pytest.mark.parametrize(
@@ -65,6 +65,6 @@ def test_a_poor_first_start_is_followed_by_others(monkeypatch: pytest.MonkeyPatc
 def test_what_passes_no_check_is_refused(
     monkeypatch: pytest.MonkeyPatch, constant: str, value: object, reason: str
 ) -> None:
-    monkeypatch.setattr(chain_tuning, constant, value)
+    monkeypatch.setattr(chain_fit, constant, value)
     with pytest.raises(ParameterError, match=f"no chain of 3 segments was found.*{reason}"):
-        tuned_chain(3)
+        fitted_chain(3)
