@@ -21,11 +21,7 @@ from flexsim.numerics.eigen import rotated
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
-<<<<<<< HEAD
-TUNED_MODES = MODES
-=======
-FITTED_MODES = 3
->>>>>>> 0efac8e (A chain is fitted to the beam, controllers are tuned: one word, one meaning)
+FITTED_MODES = MODES
 
 
 def beam_modes() -> Array:

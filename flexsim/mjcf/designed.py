@@ -24,11 +24,7 @@ MARGIN = 1.05  # of a designed chain to the limit of its frequencies
 
 
 def designed_chain(
-<<<<<<< HEAD
-    parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, tuned: bool = True
-=======
-    parameters: Parameters, segments: int = 6, step: float | None = None, fitted: bool = True
->>>>>>> 0efac8e (A chain is fitted to the beam, controllers are tuned: one word, one meaning)
+    parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, fitted: bool = True
 ) -> ChainModel:
     """Return the chain of a robot, as `flexsim chain` writes it.
 
