@@ -14,7 +14,8 @@ import sys
 from functools import cache
 from typing import Any
 
-KERNELS = ("Haswell", "SkylakeX", "Zen")  # those of processors with AVX2 and FMA, of both makers
+# Of processors with AVX2 and FMA, of both makers; and an older one, so that there is always another
+KERNELS = ("Haswell", "SkylakeX", "Zen", "Nehalem")
 ASKED = "from flexsim.numerics.machine import blas_kernels; print(*set(blas_kernels().values()))"
 WIDE = ("AVX512", "X86_V4")  # how numpy's names of what is beyond AVX2 begin
 
