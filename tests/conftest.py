@@ -12,6 +12,8 @@ from flexsim.numerics.blas import one_thread  # isort: skip
 
 one_thread()  # before numpy is loaded
 
+from compiled_loops import compile_together
+
 from flexsim import Parameters
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -21,6 +23,13 @@ settings.register_profile(
     "flexsim", deadline=None, derandomize=True, database=None, max_examples=50
 )
 settings.load_profile("flexsim")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Have the loops compiled once, where several processes run the tests."""
+    if hasattr(request.config, "workerinput"):
+        compile_together(tmp_path_factory.getbasetemp().parent / "compiled_loops")
 
 
 @pytest.fixture(scope="session")
