@@ -9,10 +9,11 @@ RUN ?= runs/compare
 compare: install
 	$(BIN)/flexsim compare --out $(RUN) --force
 
-# The default suite, then design, model files, closed loop and compare under another BLAS kernel
+# The default suite; then design, model files, closed loop and compare under another BLAS kernel, and
+# the digits of two kernels against each other
 test: install
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
-	$(BIN)/python tests/kernels.py -q -n 2 --dist loadfile -m "kernels and not slow"
+	$(BIN)/python tests/kernels.py -q -n 2 --dist loadfile -m "(kernels or digits) and not slow"
 
 slow: install
 	$(BIN)/python -m pytest -q -m "slow or not slow"

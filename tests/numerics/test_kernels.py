@@ -57,8 +57,9 @@ def require_equal(first: dict[str, Any], second: dict[str, Any]) -> int:
     return len(one)
 
 
+@pytest.mark.digits
 def test_another_kernel_and_narrower_numpy_give_the_same_digits() -> None:
-    """The two farthest apart that run here, in every default run of the suite."""
+    """The two farthest apart that run here, in every `make test`."""
     kernel = other()
     if kernel is None and not wide_features():
         pytest.skip(f"{blas_kernels()} is the only kernel of {KERNELS} that runs here")
@@ -92,6 +93,7 @@ def test_a_last_digit_would_be_noticed() -> None:
         require_equal(first, second)
 
 
+@pytest.mark.digits
 def test_every_number_of_a_design_is_compared() -> None:
     """So that a new figure of a design is in the comparison by itself."""
     found = values(None, False)["values"]["designs"]["6"]

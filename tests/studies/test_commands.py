@@ -113,7 +113,10 @@ def test_drive_under_friction_sticks(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert printed([*words, "--force", "--json"], capsys)["max_v"] > 0.0
 
 
-def test_benchmark_names_its_loops(capsys: pytest.CaptureFixture[str]) -> None:
+def test_benchmark_names_its_loops(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("studies.core.timing.TURN", 0.05)
     cost = printed(["benchmark", "--rounds", "1", "--seconds", "0.2", "--json"], capsys)[
         "us_per_ms"
     ]
