@@ -5,8 +5,9 @@
     >>> modes, chain = robot.both()
     >>> rigid = robot.plant("rigid")
 
-Plants are named `rigid`, `assumed-modes`, `printed`, `chain`, `untuned` and `rod`, with a size
-after a colon where there is one: `assumed-modes:5`, `chain:10`.
+Plants are named `rigid`, `assumed-modes`, `printed`, `chain` (MuJoCo's), `closed-chain` (the same
+chain's equations, compiled), `untuned` and `rod`, with a size after a colon where there is one:
+`assumed-modes:5`, `chain:10`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.step_limits import halved
 from flexsim.plants.base import Plant
-from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
 from flexsim.plants.rod_as_beam import require_uniform
 from flexsim.plants.rod_plant import RodPlant
@@ -41,8 +42,10 @@ from flexsim.plants.rod_plant import RodPlant
 BEAMS = ("file", "analytic")
 SAME_LENGTH = 1e-6  # relative
 BALANCED = 1e-9  # [kg m] of the hub about joint 2
-KINDS = ("rigid", "assumed-modes", "printed", "chain", "untuned", "rod")
-PLANT_HELP = "rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or rod[:N]"
+KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod")
+PLANT_HELP = (
+    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N] or rod[:N]"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,10 +226,13 @@ class Robot:
             beta_lengths(size or modes)  # refuses none: the rigid link has a name of its own
             form = "printed" if kind == "printed" else "consistent"
             return self.modes_plant(setting, size or modes, step, form, name)
+        if kind == "closed-chain":
+            own = self.chain_plant(setting, size or segments, chain_step)
+            return ClosedChainPlant(own.parameters, own.chain, name)
         if self.file is not None and kind != "chain":
             raise ParameterError(
                 f"plant {name!r} is made from a uniform beam, not from {self.file.source}; "
-                "leave out --mjcf, or choose chain"
+                "leave out --mjcf, or choose chain or closed-chain"
             )
         if kind == "rod" and self.rod is not None:
             return self._rod_plant(self.rod, setting, size, chain_step, name)

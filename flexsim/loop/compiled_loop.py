@@ -20,7 +20,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.numerics.jit import jit, jit_parallel
 from flexsim.numerics.types import Array
-from flexsim.plants.dispatch import physics_step, tip_in_hub
+from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
 THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
@@ -123,7 +123,7 @@ def run_one(  # type: ignore[no-untyped-def]
         stride: record every stride-th sample into states, torques, errors; 0 records nothing.
     """
     m = state.shape[0] // 2
-    work = np.zeros((6, m))
+    work = work_space(m)
     z = np.zeros((2, b.shape[1]))
     samples = loop.tip.shape[0]
     index = 0.0

@@ -23,7 +23,7 @@ from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
 from flexsim.plants.base import Plant
-from flexsim.plants.dispatch import physics_step
+from flexsim.plants.dispatch import physics_step, work_space
 
 V_LIMIT = 0.5  # of the beam's length: a tip deflection beyond which neither model holds
 
@@ -136,7 +136,7 @@ def closed_loop(
 def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no-untyped-def]
     """Fill states (K+1, 2 m) under torques (K, 2) held over a period each; return rows filled."""
     m = state.shape[0] // 2
-    work = np.zeros((6, m))
+    work = work_space(m)
     for k in range(torque.shape[0] + 1):
         states[k, :] = state
         if not np.isfinite(np.sum(state)):

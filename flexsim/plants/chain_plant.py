@@ -34,6 +34,7 @@ from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
 
@@ -205,3 +206,22 @@ def _energies(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:
         energies[k] = product(w, product(full, w)) / 2
         energies[k] += product(model.jnt_stiffness, (q - model.qpos_spring) ** 2) / 2
     return energies
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedChainPlant(ChainPlant):
+    """The same chain by its equations in closed form: equal to `mj_step` to rounding, and cheaper.
+
+    Raises:
+        ModelError: the file has what they do not: dry friction, limits, another integrator.
+    """
+
+    name: str = "closed-chain"
+
+    def __post_init__(self) -> None:
+        closed_form(self.chain)
+
+    @contextmanager
+    def running(self, threads: int) -> Iterator[ClosedChain]:  # type: ignore[override]
+        """Give the coefficients for compiled code."""
+        yield closed_form(self.chain)

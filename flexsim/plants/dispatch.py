@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba.extending import overload
 
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
+from flexsim.plants.closed_form_chain import ClosedChain, closed_chain_step
 from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
 from flexsim.plants.printed import PrintedModes, printed_acceleration
 
-Coefficients = AssumedModes | PrintedModes | Chain | Rod
+Coefficients = AssumedModes | PrintedModes | Chain | ClosedChain | Rod
 
 
 @jit
@@ -58,16 +60,30 @@ def printed_tip(p: PrintedModes, state: Array):  # type: ignore[no-untyped-def]
     return modes_tip(p, state)
 
 
+@jit
+def closed_chain_tip(p: ClosedChain, state: Array):  # type: ignore[no-untyped-def]
+    """Return `chain_tip` of the closed form's state, which is MuJoCo's."""
+    return chain_tip(p, state)
+
+
+@jit
+def work_space(m: int) -> Array:
+    """Return room for a step of any plant of m coordinates."""
+    return np.zeros((m + 9, m))
+
+
 _STEPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_step,
     PrintedModes: printed_step,
     Chain: chain_step,
+    ClosedChain: closed_chain_step,
     Rod: rod_step,
 }
 _TIPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_tip,
     PrintedModes: printed_tip,
     Chain: chain_tip,
+    ClosedChain: closed_chain_tip,
     Rod: rod_tip,
 }
 
@@ -79,7 +95,7 @@ def physics_step(
 
     Args:
         plant: coefficients; slot: index of the running thread.
-        state: (2 m,), overwritten; work: (6, m) work space.
+        state: (2 m,), overwritten; work: of `work_space`.
     """
     _STEPS[type(plant)](plant, slot, state, tau_1, tau_2, work)
 

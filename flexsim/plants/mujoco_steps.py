@@ -54,10 +54,10 @@ def _advance(model: int, data: int, state: Array, tau_1: float, tau_2: float, wo
 
     Args:
         model, data: addresses. state: (2 nv,) qpos, then qvel; overwritten.
-        work: (6, nv) work space, zero when a run begins. Its last two rows, end to end, hold the
+        work: of `dispatch.work_space`, zero when a run begins. Rows 4 and 5, end to end, hold the
             warm start (nv,), then the controls (2,), in MuJoCo's order.
     """
-    inputs = work[4:].reshape(2 * work.shape[1])
+    inputs = work[4:6].reshape(2 * work.shape[1])
     inputs[work.shape[1]] = tau_1
     inputs[work.shape[1] + 1] = tau_2
     mj_setState(model, data, state.ctypes.data, STATE)
@@ -74,7 +74,7 @@ def chain_step(p: Chain, slot: int, state: Array, tau_1: float, tau_2: float, wo
     Args:
         slot: which thread's mjData serves as workspace.
         state: (2 (N+2),) qpos, then qvel; overwritten.
-        work: (6, N+2) work space, zero when a run begins.
+        work: zero when a run begins.
     """
     _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
 
@@ -111,7 +111,7 @@ def rod_step(p: Rod, slot: int, state: Array, tau_1: float, tau_2: float, work: 
     Args:
         slot: which thread's mjData serves as workspace.
         state: (4 (N+1),) qpos, then qvel; overwritten.
-        work: (6, 2 (N+1)) work space, zero when a run begins.
+        work: zero when a run begins.
     """
     _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
 
