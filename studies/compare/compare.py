@@ -57,7 +57,8 @@ class CompareConfig(LoopOptions):
     quick: bool = False
     """Two runs behind each median only."""
     plants: tuple[str, str] = PLANTS
-    """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N], rod."""
+    """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
+    untuned[:N], rod."""
     perturbations: Perturbations = 20
     setting: str = "print"
     """Friction, limits and motors of our controllers: none, print, joint or reconstructed."""

@@ -56,7 +56,8 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     theta2: tuple[float, ...] = ()
     """Poses instead of the trajectory's [rad]."""
     plant: str = "both"
-    """both, or one of rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N]."""
+    """both, or one of rigid, assumed-modes[:n], printed[:n], chain[:N],
+    closed-chain[:N], untuned[:N]."""
     controllers: tuple[str, ...] = tuple(TUNED)
     """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"

@@ -54,7 +54,8 @@ class TuneConfig(NameOptions):
     trajectory: str | None = None
     """line, two-loop or circle; line unless given."""
     plant: str | None = None
-    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N], untuned[:N] or
+    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N],
+    closed-chain[:N], untuned[:N] or
     rod; assumed-modes unless given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
