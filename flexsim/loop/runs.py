@@ -22,9 +22,11 @@ from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
+from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.dispatch import physics_step, work_space
 
+TORN = 1.2  # of r + L: a tip so far from joint 2 is of no beam, but of a rod whose edges gave way
 V_LIMIT = 0.5  # of the beam's length: a tip deflection beyond which neither model holds
 
 
@@ -152,6 +154,14 @@ def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no
     return torque.shape[0] + 1
 
 
+def _torn(plant: Plant, states: Array) -> int | None:
+    """Return the first row of states (K, 2 m) whose tip is farther away than a beam reaches."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        along, across = plant.deflection(states[:, : states.shape[1] // 2])
+        beyond = along**2 + across**2 > (TORN * plant.parameters.reach) ** 2
+    return int(np.argmax(beyond)) if beyond.any() else None
+
+
 def drive(
     plant: Plant,
     setting: Setting,
@@ -171,7 +181,8 @@ def drive(
     Raises:
         ParameterError: the torque is not (K, 2) finite numbers, or the period no multiple of the
             step.
-        DivergenceError: the motion becomes non-finite, or a torque exceeds TORQUE_MOST.
+        DivergenceError: the motion becomes non-finite, a torque exceeds TORQUE_MOST, or the tip is
+            farther from joint 2 than the beam is long.
     """
     try:
         tau = np.ascontiguousarray(torque, dtype=float)
@@ -193,9 +204,11 @@ def drive(
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         rows = _drive(coefficients, friction, start, tau, substeps, states)
-    if rows <= len(tau):
+    torn = _torn(plant, states[:rows])
+    if torn is not None or rows <= len(tau):
+        time = period * (rows if torn is None else torn)
         raise DivergenceError(
-            f"the {plant.name} plant ran away at t = {rows * period:.4g} s; "
+            f"the {plant.name} plant ran away at t = {time:.4g} s; "
             "use smaller torques or a shorter physics step"
         )
     unknown = np.full((len(states), 2), np.nan)

@@ -224,6 +224,14 @@ def test_includes_that_cannot_be_read_are_one_line(tmp_path: Path) -> None:
             "<lengthrange> asks for more than",
         ),
         (chain("<asset>", '<asset><mesh file="/dev/zero"/>'), "needs other files"),
+        (chain("<sensor>", '<sensor><user name="u" dim="1500000000"/>'), "<user> has dim over"),
+        (chain("<sensor>", '<sensor><contact name="c" num="1e9"/>'), "<contact> has num over"),
+        (
+            chain("<sensor>", '<sensor><rangefinder name="f" camera="wide"/>').replace(
+                "<worldbody>", '<worldbody><camera name="wide" resolution="40000 40000"/>'
+            ),
+            "rangefinder of over 100,000 rays",
+        ),
     ],
 )
 def test_what_would_take_long_to_compile_is_refused_before(text: str, words: str) -> None:

@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters, RunError, drive
+from flexsim import (
+    AssumedModesPlant,
+    ChainPlant,
+    DivergenceError,
+    ParameterError,
+    Parameters,
+    RunError,
+    drive,
+)
 from flexsim.loop.settings import setting
 from flexsim.robot import Robot
 from studies.main import main
@@ -296,3 +304,10 @@ def test_summary_says_where_the_tip_ends(
 def test_unknown_names_list_the_known() -> None:
     with pytest.raises(ParameterError, match="'rope' is unknown; choose rigid, assumed-modes"):
         Robot().plant("rope")
+
+
+def test_a_rod_that_is_torn_has_run_away() -> None:
+    """Torques that stretch its edges beyond any beam's length are no motion of the arm."""
+    torque = np.full((300, 2), 50.0)
+    with pytest.raises(DivergenceError, match="the rod plant ran away at t = 0"):
+        drive(Robot().plant("rod"), setting("none"), torque)

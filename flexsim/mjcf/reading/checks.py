@@ -138,7 +138,10 @@ def _motors(model: mujoco.MjModel) -> Iterator[str]:
     """Give actuators that are not plain torques on joint 1 and joint 2."""
     names = [model.actuator(i).name for i in range(model.nactuator)]
     if {"motor1", "motor2"} <= set(names) and names != ["motor1", "motor2"]:
-        yield "needs exactly the actuators motor1 and motor2, in this order"
+        yield (
+            f"its actuators are {_cut(', '.join(names))}; the arm needs motor1, then motor2, and "
+            "no other: put them in this order, or swap --motor1 and --motor2"
+        )
         return
     for i, name in enumerate(names):
         if name not in ("motor1", "motor2"):

@@ -25,6 +25,11 @@ MESHES, CORNERS = 20, 20_000  # meshes; vertices of all together
 ACTUATORS = 50  # whose ranges of length may be simulated
 RESOLUTION = 64.0  # of a mesh that MuJoCo builds
 RECORDS = 10**5  # numbers that an attribute sets aside
+RECORDED = {  # attributes that set numbers aside, by element; of all others `nsample`
+    "numeric": ("size",),
+    "user": ("dim", "nsample"),
+    "contact": ("num", "nsample"),
+}
 MEMORY = 2**28  # bytes
 UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40, "P": 2**50, "E": 2**60}
 RANGE_STEPS = 10**4  # of the simulations that find actuators' ranges of length
@@ -62,12 +67,21 @@ def _reasons(found: list[Element]) -> Iterator[str]:
     heights = sum(_product(each, ("nrow", "ncol")) for each in found if each.tag == "hfield")
     if heights > HEIGHTS:
         yield f"has height fields of more than {HEIGHTS:,} heights (nrow, ncol); make them smaller"
+    if any(each.tag == "rangefinder" and "camera" in each.attributes for each in found):
+        rays = max((_resolution(each) for each in found if each.tag == "camera"), default=0.0)
+        if rays > RECORDS:
+            yield f"has a rangefinder of over {RECORDS:,} rays, a camera's resolution; lower it"
     yield from _of_meshes(found)
     acting = sum(found[each.parent].tag == "actuator" for each in found if each.parent != ROOT)
     if acting > ACTUATORS:
         yield f"has more than {ACTUATORS} actuators; the arm needs two"
     for element in found:
         yield from _of_one(element)
+
+
+def _resolution(camera: Element) -> float:
+    """Return the pixels of a camera, as `resolution` has them."""
+    return math.prod(_numbers(camera.attributes.get("resolution", "")))
 
 
 def _of_meshes(found: list[Element]) -> Iterator[str]:
@@ -96,7 +110,7 @@ def _of_one(element: Element) -> Iterator[str]:
             most = MEMORY if name in ("memory", "nstack") else RECORDS
             if _size(value) > most:
                 yield f"<size> has {name} {value[:20]!r}; leave it out, or give at most {most:,}"
-    for name in ("size",) if tag == "numeric" else ("nsample",):
+    for name in RECORDED.get(tag, ("nsample",)):
         if max(_numbers(given.get(name, "")), default=0) > RECORDS:
             yield f"<{tag}> has {name} over {RECORDS:,}; give less"
     if tag == "lengthrange":
