@@ -273,11 +273,11 @@ REFUSED: dict[str, tuple[Callable[[], str], str]] = {
     ),
     "motors in the other order": (
         lambda: exchanged("motor1", "motor2"),
-        "motor1 and motor2, in this order",
+        "the arm needs motor1, then motor2",
     ),
     "third motor": (
         lambda: edited(MOTOR, MOTOR + '<motor name="motor3" joint="hinge1"/>'),
-        "exactly the actuators",
+        "then motor2, and no other",
     ),
     "muscle": (
         lambda: edited(
