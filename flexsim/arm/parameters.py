@@ -19,6 +19,8 @@ from flexsim.errors import ParameterError
 PRINTED_BETA_L = (1.8751, 4.6941, 7.8548)  # (28)-(30), five digits; the plants use exact roots
 PRINTED_I_b = 99e-4  # (23) [kg m2], two digits; the plants use rho((r+L)^3 - r^3)/3
 
+ZETA_MOST = 0.5  # ratio of mode 1: the second is then beyond critical damping six times over
+FIRST_ROOT = 1.8751040687119611  # beta_1 L, (28) in full; `flexsim.arm.beam` computes all roots
 SMALLEST, LARGEST = 1e-30, 1e30  # SI: beyond, products and powers of them leave doubles
 
 
@@ -53,9 +55,16 @@ class Parameters:
     I_m2: float = _number(0.0, "kg m2", "(38)", "inertia of motor 2, at the joint", assumed=True)
     r_1: float = _number(1.0, "-", "(36)", "transmission relation of joint 1", assumed=True)
     r_2: float = _number(1.0, "-", "(37)", "transmission relation of joint 2", assumed=True)
+    zeta: float = _number(
+        1e-3, "-", "structural", "damping ratio of the clamped beam's mode 1, without payload", True
+    )
+    payload: float = _number(0.0, "kg", "none", "mass of a payload at the tip", assumed=True)
+    payload_inertia: float = _number(
+        0.0, "kg m2", "none", "inertia of the payload about the tip", assumed=True
+    )
 
     def __post_init__(self) -> None:
-        may_be_zero = {"F_1", "F_2", "I_m1", "I_m2"}
+        may_be_zero = {"r", "F_1", "F_2", "I_m1", "I_m2", "zeta", "payload", "payload_inertia"}
         for item in fields(self):
             value = getattr(self, item.name)
             lowest = "0 or more" if item.name in may_be_zero else "more than 0"
@@ -66,6 +75,11 @@ class Parameters:
                 raise ParameterError(
                     f"parameter {item.name} ({meaning}) is {value!r}; give a finite number, "
                     f"{lowest} [{unit}]"
+                )
+            if item.name == "zeta" and value >= ZETA_MOST:
+                raise ParameterError(
+                    f"parameter zeta ({item.metadata['meaning']}) is {value!r}; give a fraction "
+                    f"below {ZETA_MOST:g}, 0 for the paper's beam"
                 )
             if value > LARGEST or (value < SMALLEST and item.name not in may_be_zero):
                 meaning, unit = item.metadata["meaning"], item.metadata["unit"]
@@ -88,6 +102,16 @@ class Parameters:
     def reach(self) -> float:
         """Distance from joint 2 to the tip of the straight flexible link [m]."""
         return self.r + self.L
+
+    @property
+    def eta(self) -> float:
+        """Kelvin-Voigt time of the beam's material: damping is `eta` times stiffness [s].
+
+        2 zeta / omega_1 with the first clamped-free frequency without payload, (15) and (28), so
+        that mode i has the damping ratio zeta omega_i / omega_1.
+        """
+        omega_1 = FIRST_ROOT**2 / self.L**2 * math.sqrt(self.EI / self.rho)
+        return 2 * self.zeta / omega_1
 
     @property
     def static_compliance(self) -> float:

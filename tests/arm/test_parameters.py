@@ -30,7 +30,8 @@ PAPER = {  # (17)-(31) as printed
     "F_2": 2.3e-4,
 }
 NAMES = [item.name for item in fields(Parameters)]
-MAY_BE_ZERO = {"F_1", "F_2", "I_m1", "I_m2"}
+MAY_BE_ZERO = {"r", "F_1", "F_2", "I_m1", "I_m2", "zeta", "payload", "payload_inertia"}
+FRACTIONS = {"zeta"}
 NEGATIVE = st.floats(max_value=0.0, exclude_max=True, allow_nan=False)
 NOT_NUMBERS = st.sampled_from([math.nan, math.inf, -math.inf, None, "0.3", [0.3], 1j])
 
@@ -95,9 +96,22 @@ def test_zero_is_legal_only_where_physics_allows_it(name: str) -> None:
             replace(Parameters(), **{name: 0.0})
 
 
-@given(name=st.sampled_from(NAMES), value=st.floats(1e-6, 1e6))
+@given(name=st.sampled_from([n for n in NAMES if n not in FRACTIONS]), value=st.floats(1e-6, 1e6))
 def test_every_positive_number_is_taken_as_given(name: str, value: float) -> None:
     assert getattr(replace(Parameters(), **{name: value}), name) == value
+
+
+@given(value=st.floats(0.5, 1e6))
+def test_a_damping_ratio_is_a_fraction(value: float) -> None:
+    with pytest.raises(ParameterError, match="parameter zeta .* give a fraction below 0.5"):
+        Parameters(zeta=value)
+
+
+@given(zeta=st.floats(0.0, 0.4), EI=st.floats(0.01, 10.0))
+def test_kelvin_voigt_time_gives_mode_1_its_ratio(zeta: float, EI: float) -> None:
+    p = Parameters(zeta=zeta, EI=EI)
+    omega_1 = (beta_lengths(1)[0] / p.L) ** 2 * math.sqrt(p.EI / p.rho)
+    assert p.eta * omega_1 / 2 == pytest.approx(zeta, rel=1e-14)
 
 
 def test_describe_has_a_row_per_parameter_with_its_value_and_source() -> None:
