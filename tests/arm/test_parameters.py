@@ -103,7 +103,7 @@ def test_every_positive_number_is_taken_as_given(name: str, value: float) -> Non
 
 @given(value=st.floats(0.5, 1e6))
 def test_a_damping_ratio_is_a_fraction(value: float) -> None:
-    with pytest.raises(ParameterError, match="parameter zeta .* give a fraction below 0.5"):
+    with pytest.raises(ParameterError, match=r"parameter zeta .* give a fraction below 0.5"):
         Parameters(zeta=value)
 
 
