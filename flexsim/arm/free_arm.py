@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
-from flexsim.arm.beam import beta_lengths
+from flexsim.arm.beam import Load, beta_lengths, load_of
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
@@ -24,36 +24,40 @@ SCAN = 400  # points per pi of beta L in the search for sign changes
 
 
 def clamped_frequencies(parameters: Parameters, n: int) -> Array:
-    """Return the first n frequencies of the clamped-free beam [rad/s], from (15)."""
-    beta = np.array(beta_lengths(n)) / parameters.L
+    """Return the first n frequencies of the clamped beam with its payload [rad/s], from (15)."""
+    beta = np.array(beta_lengths(n, load_of(parameters))) / parameters.L
     return beta**2 * np.sqrt(parameters.EI / parameters.rho)
 
 
-def _base_reactions(b: float) -> tuple[float, float, float]:
-    """Return the free beam's reactions on its moving base, times e^-b (1 + cos b cosh b).
+def _base_reactions(b: float, load: Load) -> tuple[float, float, float, float]:
+    """Return the beam's reactions on its moving base, and their poles, all times e^-b.
 
     D_11, D_12 = D_21 and D_22, which map the base's (y, y' L) to the dimensionless force (-L^3
     times the third derivative) and moment (L^2 times the second) of the beam on it, at
-    b = beta L; the factor takes away its poles, the clamped frequencies.
+    b = beta L, each multiplied by the last number, which is zero at the clamped frequencies.
     """
     e = math.exp(-b)
     cosh, sinh = (1 + e * e) / 2, (1 - e * e) / 2  # times e^-b
     cos, sin = math.cos(b), math.sin(b)
-    first = b**3 * (cosh * sin + sinh * cos)
-    return first, b**2 * sinh * sin, b * (cosh * sin - sinh * cos)
+    p, j = load.mass * b, load.inertia * b**3
+    Cc, Cs, Sc, Ss = cosh * cos, cosh * sin, sinh * cos, sinh * sin
+    both = 1 - j * p
+    first = b**3 * ((Cs + Sc) * both + 2 * p * Cc - 2 * j * Ss)
+    mixed = b**2 * (Ss * both + p * (Cs + Sc) + j * (Sc - Cs))
+    second = b * ((Cs - Sc) * both + 2 * p * Ss + 2 * j * Cc)
+    clamped = (e + Cc) + p * (Sc - Cs) - j * (Cs + Sc) + j * p * (e - Cc)
+    return first, mixed, second, clamped
 
 
 def _determinant(parameters: Parameters, theta2: float, b: float) -> float:
     """Return the frequency determinant at b = beta L, zero at a natural frequency only."""
     p = parameters
     s, c = math.sin(theta2), math.cos(theta2)
-    e = math.exp(-b)
-    clamped = e + math.cos(b) * (1 + e * e) / 2  # e^-b (1 + cos b cosh b)
-    D_11, D_12, D_22 = _base_reactions(b)
+    D_11, D_12, D_22, clamped = _base_reactions(b, load_of(p))
     scale = clamped * b**4 / p.m_b
-    # inertia of theta1 and of the hub's absolute angle, the beam's axial mass on link 1; and the
-    # reactions, of the base's y = L_R c theta1 + r theta and y' L = L theta
-    link = p.I_m1 + p.I_m2 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b * s * s)
+    # inertia of theta1 and of the hub's absolute angle, the axial mass of beam and payload on
+    # link 1; and the reactions, of the base's y = L_R c theta1 + r theta and y' L = L theta
+    link = p.I_m1 + p.I_m2 + p.I_R0 + p.L_R**2 * (p.m_H + (p.m_b + p.payload) * s * s)
     K_11 = scale * link + (p.L_R * c) ** 2 * D_11
     K_12 = -scale * p.I_m2 + p.L_R * c * (p.r * D_11 + p.L * D_12)
     K_22 = scale * (p.I_m2 + p.I_H) + p.r**2 * D_11 + 2 * p.r * p.L * D_12 + p.L**2 * D_22

@@ -30,8 +30,9 @@ class AssumedModes(NamedTuple):
 
     With n modes: A = I_m1 + I_R0 + L_R^2 (m_H + m_b); J = I_H + I_b; first_moment = rho int x dx;
     P = rho Phi; X = rho int x chi dx; mass = rho L and stiffness = EI L beta^4 of each mode;
-    damping (n, n) of the modes; M, N as (6), (7); F viscous friction at the joints;
-    tip = chi(L); slope = int chi' chi'.
+    damping (n, n) of the modes; M, N as (6), (7); F viscous
+    friction at the joints; tip = chi(L); slope = int chi' chi'. A payload counts as a part of the
+    beam in all of them.
     """
 
     L_R: float
@@ -69,13 +70,14 @@ def assumed_modes(
     """
     p = parameters
     integrals = modal_integrals(p, n or 1)  # none of which a rigid link takes
+    stiffness = p.EI * p.L * (integrals.beta[:n] ** 2) ** 2  # first term of (42)
     return AssumedModes(
         L_R=p.L_R,
         reach=p.reach,
-        A=p.I_m1 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b),  # first terms of (36)
-        J=p.I_H + p.I_b,
+        A=p.I_m1 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b + p.payload),  # first terms of (36)
+        J=p.I_H + p.I_b + p.payload * p.reach**2 + p.payload_inertia,
         I_m2=p.I_m2,
-        first_moment=p.rho * ((p.r + p.L) ** 2 - p.r**2) / 2,
+        first_moment=p.rho * ((p.r + p.L) ** 2 - p.r**2) / 2 + p.payload * p.reach,
         F_1=p.F_1 * p.r_1**2,  # at the motor in (32), here at the joint
         F_2=p.F_2 * p.r_2**2,
         r_1=p.r_1,
@@ -84,7 +86,7 @@ def assumed_modes(
         X=p.rho * integrals.x_chi[:n],
         mass=np.full(n, p.rho * p.L),  # (41)
         inverse_mass=np.full(n, 1 / (p.rho * p.L)),
-        stiffness=p.EI * p.L * (integrals.beta[:n] ** 2) ** 2,  # first term of (42)
+        stiffness=stiffness,
         damping=np.zeros((n, n)),  # (31)
         M=integrals.M[:n, :n].copy(),
         N=integrals.N[:n, :n].copy(),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
-from flexsim.arm.beam import MODES, mode_shapes
+from flexsim.arm.beam import MODES, load_of, mode_shapes
 from flexsim.arm.kinematics import in_world, tip_position
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
@@ -155,7 +155,8 @@ class AssumedModesPlant:
             along = np.concatenate([[c.clamp], c.root + np.append(0.0, np.cumsum(c.lengths))])
             return along, vibration(c, self.parameters, self.modes).shapes
         x = np.linspace(0.0, 1.0, DRAWN_POINTS)
-        shapes = mode_shapes(self.modes, x) if self.modes else np.zeros((DRAWN_POINTS, 0))
+        load = load_of(self.parameters)
+        shapes = mode_shapes(self.modes, x, 0, load) if self.modes else np.zeros((len(x), 0))
         return self.parameters.r + x * self.parameters.L, shapes
 
     @contextmanager
@@ -216,8 +217,8 @@ class AssumedModesPlant:
         return force
 
     def undamped(self) -> Self:
-        """Return the plant without friction at its joints, nor damping in a file's hinges."""
-        free = replace(self.parameters, F_1=0.0, F_2=0.0)
+        """Return the plant without friction at its joints, nor damping in its beam."""
+        free = replace(self.parameters, F_1=0.0, F_2=0.0, zeta=0.0)
         chain = None if self.chain is None else without_damping(self.chain)
         return replace(self, parameters=free, chain=chain)
 

@@ -5,7 +5,16 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 from flexsim import ParameterError, Parameters
-from flexsim.arm.beam import MODES_MAX, beta_lengths, modal_integrals, mode_shapes, sigma
+from flexsim.arm.beam import (
+    MODES_MAX,
+    Load,
+    beta_lengths,
+    frequency_equation,
+    load_of,
+    modal_integrals,
+    mode_shapes,
+    sigma,
+)
 
 PARAMETERS = Parameters()
 ROUNDING = 1e-11  # sums of some hundred terms of size 1, phases up to 124 rad
@@ -157,3 +166,57 @@ def test_shapes_follow_the_shape_of_their_argument() -> None:
 def test_impossible_number_of_modes_is_an_error_naming_the_range(n: float) -> None:
     with pytest.raises(ParameterError, match=f"{n!r}.*1 to {MODES_MAX}"):
         beta_lengths(n)  # type: ignore[arg-type]
+
+
+LOADS = (Load(0.1, 0.0), Load(1.0, 0.04), Load(0.0, 0.3), Load(500.0, 20.0), Load(1e-12, 1e-14))
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_loaded_modes_bend_as_the_payload_asks(load: Load) -> None:
+    """Clamped at one end; at the other the payload's inertia is the shear and the moment."""
+    n = 12
+    b = np.array(beta_lengths(n, load))
+    y = [mode_shapes(n, 1.0, k, load) / b**k for k in range(4)]
+    size = max(float(np.abs(each).max()) for each in y) * (1 + load.mass * b + load.inertia * b**3)
+    assert np.abs(mode_shapes(n, 0.0, 0, load)).max() < ROUNDING
+    assert np.abs(mode_shapes(n, 0.0, 1, load) / b).max() < ROUNDING
+    assert (np.abs(y[3] + load.mass * b * y[0]) / size).max() < ROUNDING
+    assert (np.abs(y[2] - load.inertia * b**3 * y[1]) / size).max() < ROUNDING
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_loaded_modes_are_orthogonal_with_norm_L(load: Load) -> None:
+    p = PARAMETERS
+    robot = Parameters(payload=load.mass * p.m_b, payload_inertia=load.inertia * p.m_b * p.L**2)
+    gram = modal_integrals(robot, 12).gram
+    np.testing.assert_allclose(gram, p.L * np.eye(12), atol=ROUNDING)
+
+
+def test_no_loaded_root_is_left_out() -> None:
+    """Rayleigh: an added inertia lowers every frequency, none below the one before."""
+    for load in LOADS:
+        free, loaded = np.array(beta_lengths(MODES_MAX)), np.array(beta_lengths(MODES_MAX, load))
+        assert (loaded <= free).all() and (loaded[2:] >= free[:-2]).all()
+        assert (np.diff(loaded) > 0).all()
+        grid = np.linspace(1e-3, loaded[-1] + 1e-6, 100_000)
+        sign = np.sign([frequency_equation(b, load) for b in grid])
+        assert np.count_nonzero(sign[1:] != sign[:-1]) == MODES_MAX
+
+
+def test_a_heavy_payload_swings_on_the_beams_static_stiffness() -> None:
+    """omega^2 = 3 EI/(m L^3), the beam without mass; the next mode is clamped and pinned."""
+    b = beta_lengths(2, Load(1e3, 0.0))
+    assert b[0] ** 4 == pytest.approx(3 / 1e3, rel=3e-4)  # its own mass, 33/140 of it, shows
+    assert b[1] == pytest.approx(3.926602, rel=1e-3)
+
+
+def test_loaded_frequencies_are_tabled_ones() -> None:
+    """beta L with a tip mass as heavy as the beam, as textbooks print them."""
+    assert beta_lengths(3, Load(1.0, 0.0)) == pytest.approx((1.2479, 4.0311, 7.1341), abs=1e-4)
+
+
+def test_a_payload_out_of_all_proportion_is_one_line() -> None:
+    with pytest.raises(ParameterError, match=r"payload is 1e\+06 kg.*give 785 kg at most"):
+        load_of(Parameters(payload=1e6))
+    with pytest.raises(ParameterError, match=r"payload_inertia is 1e\+06 kg m2.*at most"):
+        modal_integrals(Parameters(payload_inertia=1e6), 3)

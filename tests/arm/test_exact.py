@@ -73,6 +73,26 @@ def test_thirty_assumed_modes_have_its_frequencies(theta2: float) -> None:
     assert (modes > exact).all()  # Rayleigh-Ritz: from above
 
 
+@pytest.mark.parametrize("theta2", [0.0, 1.1])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"payload": 0.05},
+        {"payload_inertia": 1e-3},
+        {"payload": 5.0, "payload_inertia": 0.1},
+        {"r": 0.0},
+        {"r": 0.0, "payload": 0.0785, "payload_inertia": 8e-4},
+    ],
+)
+def test_payload_and_a_beam_on_the_joints_axis(changes: dict[str, float], theta2: float) -> None:
+    robot = Parameters(**changes)
+    exact = joint_free_frequencies(robot, 3, theta2)
+    modes = free_frequencies(assumed_modes(robot, 30), theta2)[:3]
+    assert modes == pytest.approx(exact, rel=CONVERGED)
+    other = joint_free_frequencies(PARAMETERS, 3, theta2)
+    assert np.abs(exact / other - 1).max() > 1e3 * CONVERGED  # control
+
+
 def test_a_different_beam_fails_the_comparison() -> None:
     softer = joint_free_frequencies(Parameters(EI=0.349 * (1 - 1e-7)), 3)
     modes = free_frequencies(assumed_modes(PARAMETERS, 30))[:3]
