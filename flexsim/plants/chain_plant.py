@@ -98,9 +98,9 @@ class ChainPlant:
     def running(self, threads: int) -> Iterator[Chain]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         c = self.chain
-        workspaces = Workspaces(c.model, threads)
+        workspaces = Workspaces(c.stepped, threads)
         with quiet_warnings():
-            yield Chain(c.model._address, workspaces.addresses, c.L_R, c.root, c.lengths, c.step)
+            yield Chain(c.stepped._address, workspaces.addresses, c.L_R, c.root, c.lengths, c.step)
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""

@@ -103,9 +103,9 @@ class RodPlant:
     def running(self, threads: int) -> Iterator[Rod]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         r = self.rod
-        workspaces = Workspaces(r.model, threads)
+        workspaces = Workspaces(r.stepped, threads)
         with quiet_warnings():
-            yield Rod(r.model._address, workspaces.addresses, r.L_R, r.reach, r.step)
+            yield Rod(r.stepped._address, workspaces.addresses, r.L_R, r.reach, r.step)
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""
