@@ -3,7 +3,7 @@
     (b1, a1), (b2, a2) = TUNED["circle"].filters(period=1e-3)
 
 Each is the best that the genetic algorithm of section 3.2 found, the worse of the two plants
-counting, under the friction of (47), with (2), p = 10 and a period of 1 ms; `source` is the
+counting, under the friction `jump`, with (2), p = 10 and a period of 1 ms; `source` is the
 command. Outcomes of a random search, the best of seeds 1 to 3: nothing optimal. Gains are as the
 search has them, drawn from Table 1 with time counted in milliseconds (`Gains.from_milliseconds`).
 
@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from controllers.pid import Controller, Gains
 
-_SOURCE = "flexsim tune --trajectory {} --plant both --seed 2"
+_SOURCE = "flexsim tune --trajectory {} --plant both --setting jump --seed 2"
 
 TUNED: Mapping[str, Controller] = MappingProxyType(
     {

@@ -5,8 +5,8 @@
 >>> robot = Robot()                                       # or Robot.of("my.xml")
 >>> circle = reference(trajectory("circle"), robot.parameters)
 >>> for name in ("assumed-modes", "chain"):
-...     plant = robot.plant(name, setting("print"))
-...     (motion,) = closed_loop(plant, setting("print"), circle, [TUNED["circle"].filters(1e-3)])
+...     plant = robot.plant(name, setting("simulink"))
+...     (motion,) = closed_loop(plant, setting("simulink"), circle, [TUNED["circle"].filters(1e-3)])
 ...     print(plant.name, measures(motion, circle)["envelope"])
 
 Importing flexsim loads nothing heavy: a public name is loaded when it is first asked for.

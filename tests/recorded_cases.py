@@ -93,6 +93,6 @@ def made_up_cases() -> list[Case]:
     both = {"assumed-modes": modes, "chain": chain}
     one = {"assumed-modes": modes, "chain": lost}
     return [
-        Case("line_tuned", "line", "tuned fractional PIDs", "joint", both, model),
+        Case("line_tuned", "line", "tuned fractional PIDs", "opposing", both, model),
         Case("line_paper", "line", "Table 2, line", "reconstructed", one, model),
     ]

@@ -71,15 +71,15 @@ class LoopOptions:
 def small_signal(friction: Friction) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return (torque_gain, joint_damping) of a friction law beyond its dead zone, joints moving.
 
-    Under 'jump' the torque's slope is mu; under 'opposing' the torque passes, less mu times the
-    joint's velocity. Coulomb friction and torque limits have no slope there.
+    Under 'simulink' and 'jump' the torque's slope is mu; under 'opposing' the torque passes, less
+    mu times the joint's velocity. Coulomb friction and torque limits have no slope there.
 
     Source: (47), Table 4.
     """
     one, none = (1.0, 1.0), (0.0, 0.0)
-    return {"none": (one, none), "jump": (friction.mu, none), "opposing": (one, friction.mu)}[
-        friction.law
-    ]
+    if friction.law in ("simulink", "jump"):
+        return friction.mu, none
+    return one, friction.mu if friction.law == "opposing" else none
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,12 @@
 """What happens to a commanded torque before it moves a joint: limit, dead zone, friction.
 
-Two readings of the paper's friction, (47) and Table 4: `jump`, where (47) acts on the torque
-as printed, and `opposing`, where the same numbers oppose the joint's motion. The law is evaluated
-once per physics step and its torque held over the step, alike on both plants.
+Three readings of the paper's friction, (47) and Table 4. `simulink`: the blocks of Simulink, which
+the paper's words point to, one after the other: Dead Zone, which gives the torque beyond the zone's
+edge *minus* that edge, so that it sets in from nothing, and Coulomb & Viscous Friction, which is
+(47) on what is left. `jump`: beyond its edge the dead zone passes the whole torque to (47), so the
+torque at either joint jumps there by as much as the edge: much of the chaos comes from that.
+`opposing`: the whole torque beyond the edge, and the same numbers oppose the joint's motion.
+The law is evaluated once per physics step and its torque held over the step, alike on all plants.
 """
 
 from __future__ import annotations
@@ -16,7 +20,8 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.numerics.jit import jit
 
-LAWS = ("none", "jump", "opposing")
+LAWS = ("none", "simulink", "jump", "opposing")
+NONE, SIMULINK, JUMP, OPPOSING = range(len(LAWS))
 
 
 @dataclass(frozen=True)
@@ -24,11 +29,12 @@ class Friction:
     """Joint friction and torque limits; the defaults are Table 4's numbers.
 
     Attributes:
-        law: 'none' (torque as commanded), 'jump' ((47) on the torque) or 'opposing' (Coulomb and
-            viscous friction opposing the joint's velocity).
+        law: 'none' (torque as commanded), 'simulink' ((47) on the torque minus the dead zone's
+            edge), 'jump' ((47) on the whole torque beyond it) or 'opposing' (Coulomb and viscous
+            friction opposing the joint's velocity).
         dead_zone: ((low, high), (low, high)) per joint [N m]: torques inside produce none.
-        tau_0: Coulomb friction per joint [N m]. mu: slope per joint [-] under 'jump',
-            [N m s/rad] under 'opposing'.
+        tau_0: Coulomb friction per joint [N m]. mu: slope per joint [-] under 'simulink' and
+            'jump', [N m s/rad] under 'opposing'.
         speed: velocity that smooths the sign under 'opposing', tanh(w/speed) [rad/s]; *assumed*.
         torque_limit: largest torque per joint, before the dead zone [N m]; *assumed*.
 
@@ -134,11 +140,13 @@ def effective_torque(
 
     Source: (47), Table 4.
     """
-    if law == 0:
+    if law == NONE:
         return tau
     if low < tau < high:
         tau = 0.0
-    if law == 2:
+    elif law == SIMULINK:
+        tau -= high if tau > 0.0 else low
+    if law == OPPOSING:
         return tau - tau_0 * np.tanh(w / speed) - mu * w
     if tau == 0.0:
         return 0.0

@@ -1,6 +1,6 @@
 """Runs in the words of a study: plant, setting, trajectory, controllers in; motions out.
 
->>> motion, = closed_loop(plant, setting("print"), reference, [controller.filters(1e-3)])
+>>> motion, = closed_loop(plant, setting("simulink"), reference, [controller.filters(1e-3)])
 >>> drive(plant, setting("none"), torque, period=1e-3, theta=(0.0, 1.2))
 """
 

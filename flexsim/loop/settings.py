@@ -1,8 +1,8 @@
 """Named settings for what the paper leaves open: friction's reading, torque limits, motors.
 
 >>> from flexsim.loop.settings import setting
->>> setting("print").friction.law
-'jump'
+>>> setting("simulink").friction.law
+'simulink'
 """
 
 from __future__ import annotations
@@ -43,16 +43,21 @@ SETTINGS = {
     item.name: item
     for item in (
         Setting("none", Friction("none"), "no friction but F, no torque limit"),
-        Setting("print", Friction("jump"), "(47) on the torque as printed, no torque limit"),
-        Setting("joint", Friction("opposing"), "Table 4's friction opposing the joints' motion"),
+        Setting("simulink", Friction("simulink"), "(47) on the torque minus the dead zone's edge"),
+        Setting("jump", Friction("jump"), "(47) on the whole torque beyond the dead zone"),
+        Setting("opposing", Friction("opposing"), "Table 4's friction opposing the motion"),
         Setting(
             "reconstructed",
             Friction("opposing", torque_limit=(9.83, 4.29)),
-            "a fit under which Table 2 is bounded: 'joint', torque limits, motor 2 (assumed)",
+            "a fit under which Table 2 is bounded: 'opposing', torque limits, motor 2 (assumed)",
             I_m2=0.0557,
         ),
     )
 }
+
+
+DEFAULT_SETTING = "simulink"  # the blocks that the paper's words point to
+FORMERLY = {"print": "jump", "joint": "opposing"}
 
 
 def setting(name: str) -> Setting:
@@ -61,6 +66,8 @@ def setting(name: str) -> Setting:
     Raises:
         ParameterError: there is none of that name.
     """
+    if name in FORMERLY:
+        raise ParameterError(f"setting {name!r} is called {FORMERLY[name]!r} now")
     if name not in SETTINGS:
         raise ParameterError(f"setting {name!r} is unknown; choose one of {', '.join(SETTINGS)}")
     return SETTINGS[name]

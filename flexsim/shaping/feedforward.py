@@ -59,7 +59,8 @@ def motor_torque(friction: Friction, torque: Array, rates: Array) -> Array:
     """Return the commands (K, 2) that bring a torque (K, 2) to the joints, dead zone apart [N m].
 
     Args:
-        rates: (K, 2) of the joints [rad/s]. Law 'jump' is left alone: (47) has no inverse.
+        rates: (K, 2) of the joints [rad/s]. Laws 'simulink' and 'jump' are left alone: (47) has
+            no inverse.
     """
     if friction.law != "opposing":
         return torque.copy()
@@ -88,7 +89,7 @@ def dithered_torque(
     for j, (low, high) in enumerate(friction.dead_zone):
         peak, tau_0, mu = PEAK * max(-low, high), friction.tau_0[j], friction.mu[j]
         most = MARGIN * (np.abs(commands[:, j]).max() + peak)
-        if friction.law == "jump" and mu > 0:  # the mean's least slope
+        if friction.law in ("simulink", "jump") and mu > 0:  # the mean's least slope
             most /= min(mu, 1.0)
         table = np.linspace(-most, most, GRID)
         law, levels = LAWS.index(friction.law), peak * TONE

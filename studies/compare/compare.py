@@ -4,7 +4,7 @@
     >>> result.rows[0]["envelope"]   # [m]
 
 Three trajectories and Figure 6's transfer, on both plants, for two sets of controllers: those
-tuned by us, under the friction of (47) as printed; and the paper's Table 2 under the setting
+tuned by us, under the friction `simulink`, (47) in Simulink's blocks; and Table 2 under the setting
 `reconstructed`, a fit. Where joints stick and slip, a change of a gain's fourth digit alters a
 run, so all figures are medians over small seeded perturbations of the gains, and the plants are
 compared by these only.
@@ -26,7 +26,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.loop.metrics import measures, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import closed_loop
-from flexsim.loop.settings import setting
+from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.plants.base import Plant
@@ -60,8 +60,9 @@ class CompareConfig(LoopOptions):
     """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
     untuned[:N], rod."""
     perturbations: Perturbations = 20
-    setting: str = "print"
-    """Friction, limits and motors of our controllers: none, print, joint or reconstructed."""
+    setting: str = DEFAULT_SETTING
+    """Friction, limits and motors of our controllers: none, simulink, jump, opposing or
+    reconstructed."""
     period: float = PERIOD
     """Control period [s], the paper's; a whole multiple of the physics steps."""
     step: float | None = None

@@ -29,7 +29,12 @@ Perturbations = Annotated[
     int, tyro.conf.arg(help="Runs behind each median, the gains' fourth digits perturbed.")
 ]
 SettingName = Annotated[
-    str, tyro.conf.arg(help="Friction, limits and motors: none, print, joint or reconstructed.")
+    str,
+    tyro.conf.arg(
+        help="Friction, limits and motors: none; simulink, (47) on the torque minus the dead "
+        "zone's edge; jump, on the whole torque beyond it; opposing, against the joints' motion; "
+        "or reconstructed, a fit."
+    ),
 ]
 Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
 

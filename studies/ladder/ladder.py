@@ -31,7 +31,7 @@ from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import measures, rms_distance
 from flexsim.loop.runs import closed_loop, drive, evaluate, thread_count
-from flexsim.loop.settings import setting
+from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.mujoco_c import quiet_warnings
@@ -64,7 +64,7 @@ FINE = (28, 40, 56)  # segments of the untuned chains; the last two extrapolate
 QUICK_FINE = (12, 16, 24)
 FINER = 10  # steps of a file's chain as reference for one of its own; half as many for the doubt
 DURATION, QUICK_DURATION = 2.0, 0.5  # [s] of open loop
-TASK, READING = "circle", "print"  # closed loop: trajectory, its controllers, friction
+TASK, READING = "circle", DEFAULT_SETTING  # closed loop: trajectory, its controllers, friction
 SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digit does
 SEED = 1  # of these
 CHEAP = 20  # controllers in turn where there is no MuJoCo: one run is too short to time

@@ -48,7 +48,7 @@ POSES = (0.4, 0.8, 1.2, 1.6, 2.0, 2.4)  # theta2 [rad]
 QUICK_POSES = (0.8, 1.6)
 CONTROLLERS = "circle"  # of TUNED: those that hold every trajectory under both readings
 QUICK_TRACKED = ("circle",)
-READINGS = ("none", "print")  # settings of the closed loop
+READINGS = ("none", "simulink")  # settings of the closed loop
 VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
 RANGES = "(39)-(41) ranges"  # 3 <= j <= n where it is n+2: not a variant, as it cannot run
 

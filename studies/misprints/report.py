@@ -25,7 +25,7 @@ DRAWN = "bent"  # start of the free motion in the figure
 LEGEND = """\
 energy  largest relative change in 2 s of free, undamped motion
 tip     rms to the chain's tip, open loop, worst pose; small and large torques
-env.    envelope in closed loop, worst trajectory; friction none and (47)
+env.    envelope in closed loop, worst trajectory; friction none and simulink
 apart   rms to the consistent model's run; for none: to a run whose gains differ
         in the fourth digit, that is, what chance does
 -       as printed, the ranges of (39)-(41) make H singular: nothing can be run
@@ -37,9 +37,9 @@ COLUMNS = (
     Column("tip_to_chain_small", "tip µm\nsmall", form=".1f", scale=UM),
     Column("tip_to_chain_large", "\nlarge", form=".1f", scale=UM),
     Column("envelope_none", "env. mm\nnone", form=".2f", scale=MM),
-    Column("envelope_print", "\nprint", form=".2f", scale=MM),
+    Column("envelope_simulink", "\nsimulink", form=".2f", scale=MM),
     Column("loop_to_consistent_none", "apart mm\nnone", form=".3f", scale=MM),
-    Column("loop_to_consistent_print", "\nprint", form=".3f", scale=MM),
+    Column("loop_to_consistent_simulink", "\nsimulink", form=".3f", scale=MM),
 )
 
 
@@ -63,8 +63,8 @@ class MisprintRow:
     tip_to_consistent_large: float | None = None
     envelope_none: float | None = None
     loop_to_consistent_none: float | None = None
-    envelope_print: float | None = None
-    loop_to_consistent_print: float | None = None
+    envelope_simulink: float | None = None
+    loop_to_consistent_simulink: float | None = None
 
 
 @dataclass(frozen=True)
@@ -115,13 +115,13 @@ def costliest(rows: Sequence[MisprintRow], column: str) -> str:
 def verdict(result: MisprintsResult) -> str:
     """Return in words which misprint costs most, and whether that shows above chance."""
     rows = result.rows
-    apart = {row.misprint: MM * (row.loop_to_consistent_print or 0.0) for row in rows}
+    apart = {row.misprint: MM * (row.loop_to_consistent_simulink or 0.0) for row in rows}
     return (
         f"Costliest in energy: {costliest(rows, 'drift_brisk')}, from a bent beam "
         f"{costliest(rows, 'drift_bent')};\nat the driven tip: "
         f"{costliest(rows, 'tip_to_consistent_small')}, with large torques "
         f"{costliest(rows, 'tip_to_consistent_large')};\nin the frictionless loop: "
-        f"{costliest(rows, 'loop_to_consistent_none')}. Under (47) chance sets runs "
+        f"{costliest(rows, 'loop_to_consistent_none')}. Under simulink chance sets runs "
         f"{apart['none']:.1f} mm apart,\nall misprints together {apart['all']:.1f} mm."
     )
 

@@ -50,8 +50,8 @@ class PidQuestionConfig(LoopOptions):
     """The first plant and setting only, two seeds, 16 individuals, three generations at most."""
     plants: tuple[str, ...] = PLANTS
     """assumed-modes, chain."""
-    settings: tuple[str, ...] = ("print", "joint")
-    """Friction, limits and motors: none, print, joint, reconstructed."""
+    settings: tuple[str, ...] = ("simulink", "opposing")
+    """Friction, limits and motors: none, simulink, jump, opposing, reconstructed."""
     trajectory: str = "circle"
     """line, two-loop or circle."""
     seeds: int = 10

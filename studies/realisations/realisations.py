@@ -23,7 +23,7 @@ from rich.progress import Progress
 from controllers import TUNED, Controller, ControllerError, Gains, operator
 from flexsim.loop.metrics import envelope_half_width
 from flexsim.loop.runs import evaluate
-from flexsim.loop.settings import setting
+from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
@@ -44,7 +44,7 @@ LENGTHS = {  # terms tried: series need many, fractions round away when PIDs hav
 }
 QUICK_LENGTHS = (5, 10)
 QUICK_SHAPES = ("circle",)
-READING = "print"  # setting that the gains were tuned under
+READING = DEFAULT_SETTING
 SEEN_EVERY = 2  # samples, for the envelope
 RETUNED_TERMS = {  # one length of each is tuned anew
     "tustin": 10,

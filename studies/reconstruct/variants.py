@@ -98,7 +98,7 @@ def _changed() -> Iterator[Variant]:
 def variants() -> list[Variant]:
     """Return the reconstruction and everything it is varied by."""
     base, free = setting("reconstructed"), math.inf
-    none, printed = Friction("none"), Friction("jump")
+    none = Friction("none")
     return [
         Variant("base", "as reconstructed"),
         Variant("limits", "no torque limits", _limits(free, free)),
@@ -106,8 +106,8 @@ def variants() -> list[Variant]:
         Variant("limits", "limit on joint 2 only", _limits(free, LIMITS[1])),
         Variant("friction", "friction none", _friction(law="none")),
         Variant("friction", "friction none, no limits", replace(base, friction=none)),
-        Variant("friction", "friction print", _friction(law="jump")),
-        Variant("friction", "friction print, no limits", replace(base, friction=printed)),
+        Variant("friction", "friction jump", _friction(law="jump")),
+        Variant("friction", "friction jump, no limits", replace(base, friction=Friction("jump"))),
         Variant("friction", "dead zone off", _friction(dead_zone=NO_DEAD_ZONE)),
         Variant("v", "+v in the loop", v_gain=1.0),
         Variant("v", "v left out", v_gain=0.0),

@@ -21,6 +21,7 @@ import numpy as np
 from rich.progress import Progress
 
 from flexsim.errors import ParameterError
+from flexsim.loop.settings import DEFAULT_SETTING
 from flexsim.numerics.types import Array
 from studies.core.carry_out import Study, ticker
 from studies.core.study_options import (
@@ -50,7 +51,7 @@ class ScreeningConfig(ThreadOptions, SeedOptions, StudyOptions):
     """line, two-loop or circle."""
     plant: str = "assumed-modes"
     """both, or a plant's name as in flexsim tune."""
-    setting: SettingName = "print"
+    setting: SettingName = DEFAULT_SETTING
     distribution: str = "table-1"
     """table-1, log-uniform or a TOML file, as in flexsim tune."""
     screen: int = 200

@@ -61,7 +61,8 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     controllers: tuple[str, ...] = tuple(TUNED)
     """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"
-    """Setting whose motors and small-signal friction apply: none, print, joint, reconstructed."""
+    """Setting whose motors and small-signal friction apply: none, simulink, jump, opposing or
+    reconstructed."""
     torque_gain: tuple[float, float] | None = None
     """Effective over commanded torque of both joints; the setting's own unless given."""
     hold: str = "stepped"

@@ -21,7 +21,7 @@ from rich.progress import Progress, TaskID
 
 from flexsim.loop.metrics import measures
 from flexsim.loop.runs import closed_loop
-from flexsim.loop.settings import Setting
+from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study
@@ -56,7 +56,7 @@ class TablesConfig(LoopOptions):
     out: Out = Path("runs/tables")
     quick: bool = False
     """Three generations of 50 individuals at most, two runs each."""
-    setting: SettingName = "print"
+    setting: SettingName = DEFAULT_SETTING
     generations: int = 100
     """Generations at most, the first included; ten without improvement end a search."""
     population: Population = 50

@@ -106,7 +106,7 @@ def closed_loop_run(
     filters = [TUNED[TASK].filters(PERIOD)] * population
 
     def once() -> float:
-        outcome = evaluate(plant, setting("print"), ref, filters, threads=threads)
+        outcome = evaluate(plant, setting("simulink"), ref, filters, threads=threads)
         assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
         return 1e3 * ref.time[-1] * population
 
@@ -126,7 +126,7 @@ def as_drawn(controller: Controller) -> Array:
 def generation_run(plant: Plant, seconds: float = WHOLE) -> Callable[[], float]:
     """Return a function that evaluates a new generation and gives simulated milliseconds."""
     ref, center = started(plant.parameters, seconds), as_drawn(TUNED[TASK])
-    problem = Problem(ControllerDesign(), ((plant, setting("print")),), ref)
+    problem = Problem(ControllerDesign(), ((plant, setting("simulink")),), ref)
     size, rng = PAPERS.population - PAPERS.survivors, np.random.default_rng(1)
 
     def once() -> float:

@@ -42,7 +42,7 @@ class DriveConfig(RobotOptions):
     plant: str = "chain"
     """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N] or rod."""
     setting: str = "none"
-    """Friction, limits and motors: none, print, joint or reconstructed."""
+    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
     theta1: float = 0.0
     """Joint angle at rest at the start [rad]."""
     theta2: float = 0.0

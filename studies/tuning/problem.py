@@ -22,7 +22,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of
-from flexsim.loop.settings import Setting, setting
+from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.clocks import PERIOD
@@ -94,7 +94,7 @@ class Tuning:
     plant: str = "assumed-modes"
     controller: str = "fractional"
     realisation: str = "tustin"
-    setting: str = "print"
+    setting: str = DEFAULT_SETTING
     distribution: str = "table-1"
     tuner: str = "genetic"
     terms: int = 10

@@ -62,7 +62,8 @@ class TuneConfig(NameOptions):
     realisation: str | None = None
     """Of the operators, as in flexsim filter; or textbook, for PIDs. tustin, (2), unless given."""
     setting: str | None = None
-    """Friction, limits and motors: none, print, joint or reconstructed; print unless given."""
+    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed; simulink
+    unless given."""
     distribution: str | None = None
     """table-1, log-uniform, or a TOML file of rows such as k1 = { normal = [1e4, 2000] }."""
     tuner: str | None = None

@@ -91,7 +91,7 @@ def test_tuned_controllers_use_both_operators() -> None:
             assert gains.k2 != 0.0
         assert (
             controller.source
-            == f"flexsim tune --trajectory {controller.name} --plant both --seed 2"
+            == f"flexsim tune --trajectory {controller.name} --plant both --setting jump --seed 2"
         )
 
 

@@ -53,8 +53,37 @@ def test_none_passes_the_torque(tau: float, w: float) -> None:
     assert reached(Friction("none"), tau, w) == (tau, tau)
 
 
+@pytest.mark.parametrize(
+    ("tau", "first", "second"),
+    [
+        (10.0, 0.2585 * (10 - 2.9129) + 4.56, 1.0231 * (10 - 0.6608)),
+        (-10.0, -(0.2585 * (10 - 3.2379) + 4.56), -1.0231 * (10 - 0.5543)),
+        (2.9, 0.0, 1.0231 * (2.9 - 0.6608)),
+        (-0.6, 0.0, -1.0231 * (0.6 - 0.5543)),
+        (0.0, 0.0, 0.0),
+    ],
+)
+def test_simulinks_blocks_by_hand(tau: float, first: float, second: float) -> None:
+    """Dead Zone gives the input minus the edge, 0 at the edge; then (47)."""
+    for w in (0.0, 3.0, -3.0):
+        found = reached(Friction("simulink"), tau, w)
+        assert found == pytest.approx((first, second), rel=ROUNDING)
+
+
+@given(tau=torque)
+def test_simulink_is_47_after_a_continuous_dead_zone(tau: float) -> None:
+    """So without Coulomb friction the torque has no jump: its slope is mu at most."""
+    f = Friction("simulink", tau_0=(0.0, 0.0))
+    here, there = reached(f, tau), reached(f, tau + 1e-3)
+    for joint in range(2):
+        assert -1e-12 <= there[joint] - here[joint] <= 1e-3 * f.mu[joint] + 1e-12
+        shifted = tau - min(max(tau, f.dead_zone[joint][0]), f.dead_zone[joint][1])
+        unzoned = Friction("jump", dead_zone=((0.0, 0.0), (0.0, 0.0)))
+        assert reached(Friction("simulink"), tau)[joint] == reached(unzoned, shifted)[joint]
+
+
 @given(tau=torque, w=rate)
-def test_print_is_the_formula_outside_the_dead_zone(tau: float, w: float) -> None:
+def test_jump_is_the_formula_outside_the_dead_zone(tau: float, w: float) -> None:
     f = Friction("jump")
     for joint, found in enumerate(reached(f, tau, w)):
         low, high = f.dead_zone[joint]
@@ -114,9 +143,9 @@ def test_limit_inside_the_dead_zone_leaves_nothing() -> None:
 
 
 def test_settings_are_what_they_are_named() -> None:
-    assert list(SETTINGS) == ["none", "print", "joint", "reconstructed"]
-    for name, law in (("none", "none"), ("print", "jump"), ("joint", "opposing")):
-        assert setting(name).friction.law == law
+    assert list(SETTINGS) == ["none", "simulink", "jump", "opposing", "reconstructed"]
+    for name in LAWS:
+        assert setting(name).friction.law == name
         assert setting(name).friction.torque_limit == (math.inf, math.inf)
         assert setting(name).applied(Parameters()) == Parameters()
     fit = setting("reconstructed")
@@ -132,10 +161,14 @@ def test_defaults_are_table_4() -> None:
 
 
 def test_unknown_names_are_errors_naming_the_choices() -> None:
-    with pytest.raises(ParameterError, match=r"'dry'.*none, jump, opposing"):
+    with pytest.raises(ParameterError, match=r"'dry'.*none, simulink, jump, opposing"):
         Friction("dry")
-    with pytest.raises(ParameterError, match=r"'lab' is unknown.*joint, reconstructed"):
+    with pytest.raises(ParameterError, match=r"'lab' is unknown.*opposing, reconstructed"):
         setting("lab")
+    with pytest.raises(ParameterError, match="'print' is called 'jump' now"):
+        setting("print")
+    with pytest.raises(ParameterError, match="'joint' is called 'opposing' now"):
+        setting("joint")
 
 
 @pytest.mark.parametrize(

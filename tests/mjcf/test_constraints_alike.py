@@ -57,7 +57,7 @@ from flexsim.robot import Robot
 (b1, a1), (b2, a2) = TUNED["circle"].filters(1e-3)
 pairs = [((g * b1, a1), (g * b2, a2)) for g in (1.0, -0.5, 0.7, 1.3, 0.9, 0.2)]
 def states(plant, short, pairs, threads):
-    runs = closed_loop(plant, setting("joint"), short, pairs, threads=threads, energy=False)
+    runs = closed_loop(plant, setting("opposing"), short, pairs, threads=threads, energy=False)
     return [run.state for run in runs]
 for path in sys.argv[1:]:
     robot = Robot.of(path)

@@ -235,7 +235,7 @@ def test_closed_loop_holds_and_is_the_same_on_any_threads(
 ) -> None:
     pairs = [TUNED["circle"].filters(1e-3)] * 3
     runs = [
-        closed_loop(plant, setting("print"), one_second, pairs, threads=threads, energy=False)
+        closed_loop(plant, setting("simulink"), one_second, pairs, threads=threads, energy=False)
         for threads in (1, 2)
     ]
     for motion in (*runs[0], *runs[1]):

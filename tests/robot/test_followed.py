@@ -93,25 +93,25 @@ def test_what_a_rods_modes_do_not_have_is_refused_by_name(old: str, new: str, wo
 @pytest.mark.parametrize("name", ["assumed-modes", "printed", "chain", "untuned"])
 def test_a_light_hub_gets_a_shorter_step_for_friction(name: str) -> None:
     """And none where there is no such friction."""
-    free, rubbed = (Robot(LIGHT).plant(name, setting(law)) for law in ("print", "joint"))
+    free, rubbed = (Robot(LIGHT).plant(name, setting(law)) for law in ("none", "opposing"))
     assert free.step == 1e-3
     assert rubbed.step < 1e-3
-    assert Robot().plant(name, setting("joint")).step == 1e-3
+    assert Robot().plant(name, setting("opposing")).step == 1e-3
 
 
 @pytest.mark.parametrize("name", ["assumed-modes", "chain"])
 def test_a_step_too_long_for_friction_is_refused_in_one_line(name: str) -> None:
     with pytest.raises((ModelError, ParameterError), match="too long for friction") as refused:
-        Robot(LIGHT).plant(name, setting("joint"), step=1e-3, chain_step=1e-3)
+        Robot(LIGHT).plant(name, setting("opposing"), step=1e-3, chain_step=1e-3)
     assert "\n" not in str(refused.value)
     file = Robot.of(text=edited(CHAIN, HUB, HUB.replace("0.001322", "0.0004")))
     with pytest.raises(ModelError, match=r"timestep 0\.001 s is too long for friction"):
-        file.plant("chain", setting("joint"))
+        file.plant("chain", setting("opposing"))
 
 
 def test_uncontrolled_the_light_hub_runs_away_at_the_longer_step_only() -> None:
     """So it is no controller's failure: nothing is commanded, and a millionth of a rad/s grows."""
-    law, still = setting("joint"), np.zeros((1500, 2))
+    law, still = setting("opposing"), np.zeros((1500, 2))
     shorter, longer = Robot(LIGHT).modes_plant(law), AssumedModesPlant(LIGHT, step=1e-3)
     state = shorter.rest_state((0.0, 1.2))
     nudge = len(state) // 2 + 1

@@ -45,7 +45,7 @@ def test_motor_torque_inverts_joint_friction_outside_its_dead_zone() -> None:
     assert passed(friction, command, rates) == pytest.approx(torque, abs=1e-12)
 
 
-@pytest.mark.parametrize("law", ["jump", "opposing"])
+@pytest.mark.parametrize("law", ["simulink", "jump", "opposing"])
 def test_the_mean_over_the_tone_is_the_torque(law: str) -> None:
     friction, still = Friction(law), np.zeros((COUNT, 2))
     for wanted in (0.0, 0.1, -0.15):  # more needs jumps of (47) at joint 1

@@ -203,12 +203,12 @@ def test_a_start_at_speed_needs_the_lead(modes_plant: AssumedModesPlant) -> None
 
 def test_the_dead_zone_bounds_what_is_left_under_friction(plant: Plant) -> None:
     ref = path("two-loop")
-    friction = setting("joint").friction
+    friction = setting("opposing").friction
     hidden = PARAMETERS.reach * dead_zone_error(HOLDING, friction)[1]
     assert hidden == pytest.approx(0.0101, abs=1e-4)  # 0.66 N m over 37 N m/rad, times 0.575 m
-    plain = envelope(plant, ref, setting_name="joint")
+    plain = envelope(plant, ref, setting_name="opposing")
     shaped = shaped_reference(ref, plant, filters=HOLDING, friction=friction)
-    left = envelope(plant, shaped, setting_name="joint")
+    left = envelope(plant, shaped, setting_name="opposing")
     assert left < 0.4 * plain  # measured: 0.32
     assert 0.5 * hidden < left < 2 * hidden  # measured: 1.25
 
@@ -218,28 +218,28 @@ def test_the_dead_zone_bounds_what_is_left_under_friction(plant: Plant) -> None:
 def test_a_dither_takes_the_dead_zone_away(
     plant: Plant, name: str, filters: Filters | None
 ) -> None:
-    ref, friction = path(name), setting("print").friction
+    ref, friction = path(name), setting("jump").friction
     chosen = filters or TUNED[name].filters(PERIOD)
-    plain = envelope(plant, ref, chosen, "print")
+    plain = envelope(plant, ref, chosen, "jump")
     shaped = shaped_reference(ref, plant, filters=chosen, friction=friction, dither=True)
-    assert envelope(plant, shaped, chosen, "print") < DITHERED * plain
+    assert envelope(plant, shaped, chosen, "jump") < DITHERED * plain
 
 
 def test_a_dither_inside_the_dead_zone_does_not(
     modes_plant: AssumedModesPlant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(feedforward, "PEAK", 0.5)
-    ref, friction = path("line"), setting("print").friction
-    plain = envelope(modes_plant, ref, HOLDING, "print")
+    ref, friction = path("line"), setting("jump").friction
+    plain = envelope(modes_plant, ref, HOLDING, "jump")
     shaped = shaped_reference(ref, modes_plant, filters=HOLDING, friction=friction, dither=True)
-    assert envelope(modes_plant, shaped, HOLDING, "print") > 2 * DITHERED * plain
+    assert envelope(modes_plant, shaped, HOLDING, "jump") > 2 * DITHERED * plain
 
 
 @pytest.mark.parametrize("scale", [0.8, 1.2])
 def test_the_dither_bears_another_dead_zone(modes_plant: AssumedModesPlant, scale: float) -> None:
-    ref, friction = path("two-loop"), setting("print").friction
+    ref, friction = path("two-loop"), setting("jump").friction
     zone = tuple((scale * low, scale * high) for low, high in friction.dead_zone)
-    other = replace(setting("print"), friction=replace(friction, dead_zone=zone))
+    other = replace(setting("jump"), friction=replace(friction, dead_zone=zone))
     shaped = shaped_reference(ref, modes_plant, filters=HOLDING, friction=friction, dither=True)
     motion = closed_loop(modes_plant, other, shaped, [HOLDING], energy=False)[0]
     plain = closed_loop(modes_plant, other, ref, [HOLDING], energy=False)[0]
@@ -250,12 +250,12 @@ def test_less_friction_leaves_less_error(modes_plant: AssumedModesPlant) -> None
     ref = path("circle")
     left = []
     for scale in (0.01, 0.1, 1.0):
-        friction = setting("joint").friction
+        friction = setting("opposing").friction
         zone = tuple((scale * low, scale * high) for low, high in friction.dead_zone)
         tau_0, mu = (tuple(scale * x for x in each) for each in (friction.tau_0, friction.mu))
         scaled = replace(friction, dead_zone=zone, tau_0=tau_0, mu=mu)
         ref_scaled = shaped_reference(ref, modes_plant, LEAD, HOLDING, scaled)
-        chosen = replace(setting("joint"), friction=scaled)
+        chosen = replace(setting("opposing"), friction=scaled)
         motion = closed_loop(modes_plant, chosen, ref_scaled, [HOLDING], energy=False)[0]
         left.append(measures(motion, ref_scaled)["envelope"])
     assert left[0] < 0.3 * left[1] < 0.3 * left[2] * 0.5  # measured: 0.2, 2.5, 9.7 mm

@@ -104,12 +104,12 @@ def test_drive_replays_a_torque_on_both_plants(
 
 
 def test_drive_under_friction_sticks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Torques inside Table 4's dead zone move nothing under `print`."""
+    """Torques inside Table 4's dead zone move nothing under `jump`."""
     (tmp_path / "tau.csv").write_text(
         "t,tau1,tau2\n" + "".join(f"{k * 1e-3:.3f},2.9,0.66\n" for k in range(50))
     )
     words = ["drive", "--torque", str(tmp_path / "tau.csv"), "--out", str(tmp_path / "o.csv")]
-    assert printed([*words, "--setting", "print", "--json"], capsys)["max_v"] == 0.0
+    assert printed([*words, "--setting", "jump", "--json"], capsys)["max_v"] == 0.0
     assert printed([*words, "--force", "--json"], capsys)["max_v"] > 0.0
 
 

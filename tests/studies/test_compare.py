@@ -68,25 +68,25 @@ def named(name: str, config: CompareConfig = FEW) -> Task:
 def test_cases_are_the_papers_three_and_figure_6() -> None:
     found = [(task.label, task.trajectory.name, task.setting) for task in tasks(CompareConfig())]
     assert found == [
-        *((f"tuned {devised}", path, "print") for path, devised in PAIRS),
+        *((f"tuned {devised}", path, "simulink") for path, devised in PAIRS),
         *((f"Table 2 {devised}", path, "reconstructed") for path, devised in PAIRS),
     ]
     for task, (path, devised) in zip(tasks(FEW), PAIRS * 2, strict=True):
-        ours = task.setting == "print"
+        ours = task.setting == "simulink"
         assert task.controller == (TUNED[devised] if ours else TABLE_2[FIGURES[devised]])
         assert task.trajectory == (TRAJECTORIES[path] if ours else trajectory(path, True))
 
 
 def test_configuration_reaches_the_cases() -> None:
     small = replace(TRAJECTORIES["circle"], half_width=0.05)
-    found = tasks(CompareConfig(circle=small, setting="joint"))
-    assert [task.setting for task in found] == ["joint"] * 4 + ["reconstructed"] * 4
+    found = tasks(CompareConfig(circle=small, setting="opposing"))
+    assert [task.setting for task in found] == ["opposing"] * 4 + ["reconstructed"] * 4
     assert found[2].trajectory is small
     modes, chain = plants_of(CompareConfig(modes=2, segments=4, step=5e-4), "reconstructed")
     assert (modes.modes, modes.step, chain.chain.model.nv, chain.step) == (2, 5e-4, 6, 1e-3)
     assert modes.parameters.I_m2 == chain.parameters.I_m2 == 0.0557  # the fit's motor
     assert chain.chain.model.joint("joint2").armature[0] == 0.0557
-    assert plants_of(FEW, "print")[0].parameters == Parameters()
+    assert plants_of(FEW, "simulink")[0].parameters == Parameters()
 
 
 def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
@@ -114,7 +114,7 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
         for motion in case.motions.values():
             assert motion.diverged is None
             assert motion.time[1] == pytest.approx(5e-3, rel=1e-12)  # thinned to 200 Hz
-    assert sorted(comparison.mjcf) == ["chain_print.xml", "chain_reconstructed.xml"]
+    assert sorted(comparison.mjcf) == ["chain_reconstructed.xml", "chain_simulink.xml"]
     for text in comparison.mjcf.values():
         assert mujoco.MjModel.from_xml_string(text).nv == 8
 
@@ -240,7 +240,7 @@ def test_an_unstable_controller_is_reported_as_diverged(
 def made(plant: str, envelope: float | None, shape: str) -> CompareRow:
     diverged = envelope is None
     found = Medians(envelope, *[None] * 7, 1, diverged, float(diverged), None)
-    names = (f"tuned {shape}", shape, plant, "print", "ours", "mirrored tip")
+    names = (f"tuned {shape}", shape, plant, "simulink", "ours", "mirrored tip")
     return CompareRow(*names, found, None, None, 0.0)
 
 
@@ -269,7 +269,7 @@ def test_tip_difference_is_over_what_both_ran() -> None:
     [
         ({"perturbations": 0}, "perturbations is 0; give 1 or more"),
         ({"seed": -1}, "seed is -1; give 0 or more"),
-        ({"setting": "ice"}, "setting 'ice' is unknown; choose one of none, print"),
+        ({"setting": "ice"}, "setting 'ice' is unknown; choose one of none, simulink"),
         ({"period": 1.5e-3}, r"period 0\.0015 s is not a whole multiple of the physics step 0\.00"),
         ({"period": 1e-9}, "1e-09 s is not a whole multiple"),  # before memory runs out
         ({"period": float("nan")}, "control period nan s"),
@@ -292,7 +292,7 @@ def test_compare_has_every_case_on_both_plants(compared: QuickRun) -> None:
     pairs = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
     for path, devised in pairs:
         for plant in ("assumed-modes", "chain"):
-            assert (f"tuned {devised}", path, plant, "print") in cases
+            assert (f"tuned {devised}", path, plant, "simulink") in cases
             assert (f"Table 2 {devised}", path, plant, "reconstructed") in cases
 
 
@@ -307,7 +307,7 @@ def test_run_folder_explains_itself(compared: QuickRun) -> None:
     about = json.loads((compared.folder / "config.json").read_text())
     assert about["configuration"]["seed"] == 1
     assert {"mujoco", "numpy", "python", "rerun-sdk"} <= set(about["versions"])
-    for name in ("chain_print.xml", "chain_reconstructed.xml"):
+    for name in ("chain_simulink.xml", "chain_reconstructed.xml"):
         mujoco.MjModel.from_xml_path(str(compared.folder / name))
     model = mujoco.MjModel.from_xml_path(str(compared.folder / "chain_reconstructed.xml"))
     assert model.joint("joint2").armature[0] == 0.0557  # the fit's motor 2
@@ -348,7 +348,7 @@ def test_references_for_the_true_tip() -> None:
     for row in rows:
         if row.reference == ("true tip" if row.setting == "none" else "true tip, dithered"):
             assert row.share is not None and row.share < TRUE_TIP_SHARE
-        assert (row.dead_zone_error > 0.004) == (row.setting == "print")
+        assert (row.dead_zone_error > 0.004) == (row.setting == "simulink")
 
 
 def test_force_replaces_a_run_only(compared: QuickRun, capsys: pytest.CaptureFixture[str]) -> None:

@@ -142,7 +142,7 @@ def test_a_setting_brings_its_friction_and_its_motor(plant: str, tmp_path: Path)
     wanted = drive(made, chosen, torque, theta=(0.0, 1.2))
     np.testing.assert_array_equal(fitted["theta2"], wanted.joint[:-1, 1])
     assert np.abs(fitted["theta1"] - free["theta1"]).max() > 1e-3
-    light = Robot().plant(plant, setting("joint"))  # the same friction without the motor
+    light = Robot().plant(plant, setting("opposing"))  # the same friction without the motor
     other = drive(light, replace(chosen, I_m2=None), torque, theta=(0.0, 1.2))
     assert np.abs(wanted.joint - other.joint).max() > 1e-4
 

@@ -34,7 +34,7 @@ def summary_rows() -> list[CompareRow]:
     """Return rows of two cases, in one of which the chain diverges."""
     return [
         CompareRow(
-            *(controllers, "line", plant, "joint", "ours", "mirrored tip"),
+            *(controllers, "line", plant, "opposing", "ours", "mirrored tip"),
             Medians(envelope, *[None] * 7, 1, envelope is None, float(envelope is None), None),
             *(None, None, 0.0),
         )
@@ -75,7 +75,7 @@ def test_case_figure_holds_the_motions(cases: list[Case]) -> None:
     assert axes["path"].get_aspect() == 1.0
     assert all("[m" in axes[name].get_ylabel() for name in ("x", "y", "v", "path"))
     title = figure.get_suptitle()
-    assert all(word in title for word in ("line", "tuned fractional PIDs", "joint"))
+    assert all(word in title for word in ("line", "tuned fractional PIDs", "opposing"))
 
 
 def test_case_figure_marks_divergence(cases: list[Case]) -> None:

@@ -78,7 +78,9 @@ def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None
 def fabricated(name: str, scale: float) -> MisprintRow:
     columns = [f"drift_{start}" for start in STARTS]
     columns += [f"tip_to_{w}_{a}" for w in ("chain", "consistent") for a in ("small", "large")]
-    columns += [f"{w}_{r}" for w in ("envelope", "loop_to_consistent") for r in ("none", "print")]
+    columns += [
+        f"{w}_{r}" for w in ("envelope", "loop_to_consistent") for r in ("none", "simulink")
+    ]
     return MisprintRow(name, 5, **dict.fromkeys(columns, scale))
 
 

@@ -49,7 +49,7 @@ def test_plus_v_diverges_at_once(figure: str) -> None:
     assert row.diverged_at < AT_ONCE
 
 
-@pytest.mark.parametrize("name", ["no torque limits", "friction none", "friction print"])
+@pytest.mark.parametrize("name", ["no torque limits", "friction none", "friction jump"])
 def test_table_2_needs_limits_and_friction_at_the_joints(name: str) -> None:
     assert modes_row(name, "4").bounded_share == 0.0
 

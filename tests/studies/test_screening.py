@@ -146,7 +146,7 @@ def test_every_plant_of_the_nominal_robot_is_looked_at():
 
 
 def test_joint_friction_enters_as_damping():
-    options = loop_options(setting("joint").friction, 1e-3)
+    options = loop_options(setting("opposing").friction, 1e-3)
     assert (options.torque_gain, options.joint_damping) == ((1.0, 1.0), (0.2585, 1.0231))
 
 

@@ -233,7 +233,7 @@ def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun
     assert "2 of 2 loops grow by no more than 0.05 1/s" in run.text
 
 
-@pytest.mark.parametrize("setting_name", ["print", "joint", "reconstructed"])
+@pytest.mark.parametrize("setting_name", ["simulink", "jump", "opposing", "reconstructed"])
 def test_every_setting_can_be_asked_for(setting_name: str) -> None:
     config = StabilityConfig(
         setting=setting_name, plant="assumed-modes", theta2=(POSE,), controllers=("figure-5",)

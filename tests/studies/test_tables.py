@@ -96,11 +96,11 @@ def test_cells_are_those_of_the_rows(shown: QuickRun) -> None:
 
 
 def test_searches_are_the_tuners() -> None:
-    chosen = tunings(TablesConfig(seed=7, generations=9, chain_generations=4, setting="joint"))
+    chosen = tunings(TablesConfig(seed=7, generations=9, chain_generations=4, setting="opposing"))
     assert [(each.plant, each.trajectory) for each in chosen] == list(product(TUNED_ON, PATHS))
     assert {each.generations for each in chosen if each.plant == "assumed-modes"} == {9}
     assert {each.generations for each in chosen if each.plant != "assumed-modes"} == {4}
-    assert {(each.seed, each.setting) for each in chosen} == {(7, "joint")}
+    assert {(each.seed, each.setting) for each in chosen} == {(7, "opposing")}
 
 
 @pytest.mark.parametrize(

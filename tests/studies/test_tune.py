@@ -120,7 +120,7 @@ def test_the_index_is_the_closed_loops():
     robot = Parameters()
     circle = reference(trajectory("circle"), robot)
     filters = [TRIAL["circle"].filters(1e-3)]
-    outcome = evaluate(AssumedModesPlant(robot), setting("print"), circle, filters)
+    outcome = evaluate(AssumedModesPlant(robot), setting("simulink"), circle, filters)
     scores = problem_of(Tuning(trajectory="circle"))(HELD[None])
     assert scores.indices == pytest.approx(outcome.indices, rel=1e-9)
     assert np.isnan(scores.diverged).all()
@@ -397,7 +397,8 @@ def test_a_search_that_finds_nothing_says_so(tmp_path, capsys):
         (["--controller", "pd"], "fractional"),
         (["--realisation", "padé"], "tustin"),
         (["--realisation", "textbook"], "pid"),
-        (["--setting", "ice"], "joint"),
+        (["--setting", "ice"], "opposing"),
+        (["--setting", "print"], "jump"),
         (["--tuner", "hillclimb"], "genetic"),
         (["--distribution", "table-9"], "log-uniform"),
         (["--controller", "pid", "--realisation", "textbook", "--terms", "5"], "--terms"),
