@@ -26,7 +26,7 @@ MUJOCO = {  # the rooms, and where else MuJoCo is at work
     "studies/compare/compare.py": "the type of the model that recordings draw",
     "studies/parity/crosscheck.py": "takes its accelerations apart, names its integrator",
     "studies/ladder/integrators.py": "is about its integrators",
-    "studies/tools/benchmark.py": "times its bare steps",
+    "studies/tools/timed_loops.py": "times its bare steps",
 }
 RERUN = ("flexsim/recording/", "studies/watch/")
 

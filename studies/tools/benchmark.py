@@ -5,12 +5,16 @@
 Figures are the least over the rounds of microseconds per simulated millisecond and core. Times
 of a machine mean little; the ratios between rows of one run are what to quote.
 
+All loops are ideal and undamped: no friction but F, no limit or delay, zeta = 0; three assumed
+modes, a chain of 6, RK4 at 1 ms (a file has its own). `bare_mj_step` steps the chain's file as it
+is, without a loop around it; `c_loop` is the loop of `assumed_modes_1` in C (`c_loop.c`).
+
 The tuning budget is that of section 3.2: 50 + 99 x 44 simulations of 5 s. Whole generations are
 timed in the same rounds, on all threads: 44 individuals near the tuned one, so that all run to the
 end, their filters built, one compiled call. What costs least is divided by
 (simulations x cost per simulation / threads), with that cost
 
-- `ratio`: of the plain population on one thread, `assumed_modes_50` or `chain_50`;
+- `ratio`: of the plain population on one thread, such as `assumed_modes_50`;
 - `ratio_threaded`: of the same population on all threads, wall time x threads.
 
 The first includes what threads cost each other in memory, cache and clock rate, the second only
@@ -19,48 +23,45 @@ what tuning adds to simulating. Breeding and writing a generation down are left 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-import mujoco
-import numpy as np
-
-from controllers import TUNED, Controller
 from flexsim.arm.parameters import Parameters
-from flexsim.errors import ParameterError
-from flexsim.loop.runs import evaluate, thread_count
-from flexsim.loop.settings import setting
-from flexsim.loop.trajectories import Reference, reference, trajectory
-from flexsim.numerics.clocks import PERIOD
-from flexsim.numerics.jit import jit
-from flexsim.numerics.mujoco_c import mj_step, quiet_warnings
-from flexsim.numerics.types import Array
+from flexsim.errors import ModelError, ParameterError
+from flexsim.loop.runs import thread_count
 from flexsim.plants.base import Plant
-from flexsim.plants.chain_plant import ChainPlant
+from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
-from flexsim.plants.mujoco_steps import Workspaces
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
-from studies.core.paper import PLANT_KEYS
 from studies.core.table import Column, Table
 from studies.core.timing import least_cost
-from studies.tuning.genetic import GeneticSettings
-from studies.tuning.individuals import MS_PER_S, ControllerDesign
-from studies.tuning.problem import Problem
+from studies.tools.timed_loops import (
+    PAPERS,
+    WHOLE,
+    Run,
+    bare_run,
+    c_run,
+    closed_loop_run,
+    generation_run,
+)
 
-WHOLE = 5.0  # [s] of the trajectory, for a single controller
 POPULATION = 50  # of the genetic algorithm, section 3.2
 SCALED_MODES = (1, 2, 3, 5)
 SCALED_SEGMENTS = (4, 6, 8, 10)
-TASK = "circle"  # trajectory and controllers of the closed loops
-PAPERS = GeneticSettings()  # budget of the tuning
-BARE_RATES = (0.5, 0.3)  # [rad/s] of the joints where nothing drives them
-SPREAD = 1e-3  # relative, of the individuals around the tuned one
+BARE = "bare_mj_step"
+GOALS = (  # a loop, what it is held against, how much of that it may cost at most
+    ("closed_chain_1", BARE, 0.2),
+    ("closed_chain_50", BARE, 0.2),
+    ("chain_1", BARE, 0.92),
+    ("chain_50", BARE, 0.92),
+    ("assumed_modes_1", "c_loop", 1.2),
+)
 
 
 @dataclass(frozen=True)
 class BenchmarkConfig(RobotOptions):
-    """Time the closed loops beside a bare mj_step loop and a Python one."""
+    """Time the closed loops beside bare mj_steps, the same loop in C and one in Python."""
 
     rounds: int = 5
     """How often each loop is timed, in turn; the least time counts."""
@@ -74,67 +75,28 @@ class BenchmarkConfig(RobotOptions):
 class BenchmarkResult:
     """Microseconds per simulated millisecond and core, by loop, by plant size and by threads.
 
+    A loop that could not be timed is None, and `notes` say why. `c_by_modes` is of the loop in C.
     `tuning_budget` has, by plant, the paper's number of simulations, what they take on all threads
     [s], and the two ratios of the module's docstring.
     """
 
-    us_per_ms: dict[str, float]
+    us_per_ms: dict[str, float | None]
     by_modes: dict[int, float]
     by_segments: dict[int, float]
     by_threads: dict[int, dict[str, float]]
     tuning_budget: dict[str, dict[str, float]] = field(default_factory=dict)
+    c_by_modes: dict[int, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
+    def ratio(self, loop: str, other: str) -> float | None:
+        """Return what a loop costs over what another does."""
+        one, two = self.us_per_ms.get(loop), self.us_per_ms.get(other)
+        return None if one is None or two is None else one / two
 
-@jit
-def _bare(model: int, data: int, steps: int) -> None:
-    for _ in range(steps):
-        mj_step(model, data)
-
-
-def started(robot: Parameters, seconds: float) -> Reference:
-    """Return the task's reference up to a time [s]."""
-    whole = reference(trajectory(TASK), robot)
-    kept = whole.time <= seconds
-    return Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
-
-
-def closed_loop_run(
-    plant: Plant, population: int, seconds: float, threads: int | None = 1
-) -> Callable[[], float]:
-    """Return a function that runs the closed loop and gives simulated milliseconds."""
-    ref = started(plant.parameters, seconds)
-    filters = [TUNED[TASK].filters(PERIOD)] * population
-
-    def once() -> float:
-        outcome = evaluate(plant, setting("simulink"), ref, filters, threads=threads)
-        assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
-        return 1e3 * ref.time[-1] * population
-
-    return once
-
-
-def as_drawn(controller: Controller) -> Array:
-    """Return the ten parameters (10,) as a tuner draws them, gains for time in milliseconds."""
-    drawn: list[float] = []
-    for gains in (controller.joint1, controller.joint2):
-        for k, nu in ((gains.k1, gains.nu1 or 0.0), (gains.k2, gains.nu2 or 0.0)):
-            drawn += [k * MS_PER_S**nu, nu]
-        drawn.append(gains.k3)
-    return np.array(drawn)
-
-
-def generation_run(plant: Plant, seconds: float = WHOLE) -> Callable[[], float]:
-    """Return a function that evaluates a new generation and gives simulated milliseconds."""
-    ref, center = started(plant.parameters, seconds), as_drawn(TUNED[TASK])
-    problem = Problem(ControllerDesign(), ((plant, setting("simulink")),), ref)
-    size, rng = PAPERS.population - PAPERS.survivors, np.random.default_rng(1)
-
-    def once() -> float:
-        population = center * (1 + SPREAD * rng.standard_normal((size, len(center))))
-        assert np.isfinite(problem(population).indices).all()  # none may end early
-        return 1e3 * ref.time[-1] * size
-
-    return once
+    @property
+    def ratios(self) -> dict[str, float | None]:
+        """The ratios that have a goal, as 'chain_1 / bare_mj_step'."""
+        return {f"{loop} / {other}": self.ratio(loop, other) for loop, other, _ in GOALS}
 
 
 def tuning_budget(costs: dict[str, float], threads: int) -> dict[str, dict[str, float]]:
@@ -152,38 +114,35 @@ def tuning_budget(costs: dict[str, float], threads: int) -> dict[str, dict[str, 
             "ratio": costs[f"{plant} generation"] * threads / costs[f"{plant}_50"],
             "ratio_threaded": costs[f"{plant} generation"] / costs[f"{plant} {threads}"],
         }
-        for plant in PLANT_KEYS
+        for plant in (name.removesuffix(" generation") for name in costs)
+        if f"{plant} generation" in costs
     }
 
 
-def bare_run(chain: ChainPlant, in_python: bool) -> Callable[[], float]:
-    """Return a function that only steps the same MJCF, compiled or from Python."""
-    model = chain.chain.model
-    workspace = Workspaces(model, 1)
-    data = workspace.data[0]
-    steps = round((1 if in_python else 5) / chain.step)
-    model_address, data_address = model._address, int(workspace.addresses[0])
-
-    def once() -> float:
-        mujoco.mj_resetData(model, data)
-        data.qvel[:2] = BARE_RATES
-        if in_python:
-            for _ in range(steps):
-                mujoco.mj_step(model, data)
-        else:
-            with quiet_warnings():
-                _bare(model_address, data_address, steps)
-        return 1e3 * chain.step * steps
-
-    return once
-
-
-def sized_loops(p: Parameters, seconds: float) -> dict[str, Callable[[], float]]:
-    """Return loops by size, 'n3' of three assumed modes, 'N6' of six segments."""
-    sized = {f"n{n}": closed_loop_run(AssumedModesPlant(p, n), 10, seconds) for n in SCALED_MODES}
+def sized_loops(p: Parameters, seconds: float) -> dict[str, Run]:
+    """Return loops by size: 'n3' of three assumed modes, 'c3' in C, 'N6' of six segments."""
+    sized = {}
+    for n in SCALED_MODES:
+        plant = AssumedModesPlant(p, n)
+        sized[f"n{n}"] = closed_loop_run(plant, 10, seconds)
+        in_c, _ = c_run(plant)
+        if in_c is not None:
+            sized[f"c{n}"] = in_c
     for n in SCALED_SEGMENTS:
         sized[f"N{n}"] = closed_loop_run(ChainPlant.designed(p, n), 1, seconds)
     return sized
+
+
+def plants_of(config: BenchmarkConfig) -> tuple[dict[str, Plant], list[str]]:
+    """Return the plants by their keys, undamped without a file; and why one is missing."""
+    robot = config.robot_of(None if config.mjcf else replace(Parameters(), zeta=0.0))
+    modes, chain = robot.both()
+    plants: dict[str, Plant] = {"assumed_modes": modes, "chain": chain}
+    try:
+        plants["closed_chain"] = ClosedChainPlant(chain.parameters, chain.chain)
+    except ModelError as error:
+        return plants, [f"closed_chain is not timed: {error}"]
+    return plants, []
 
 
 def run(config: BenchmarkConfig) -> BenchmarkResult:
@@ -197,44 +156,47 @@ def run(config: BenchmarkConfig) -> BenchmarkResult:
     if not 0.01 <= config.seconds <= 5:
         raise ParameterError(f"seconds is {config.seconds}; give 0.01 to 5")
     s = config.seconds
-    robot = config.robot_of()
-    modes, chain = robot.both()
-    loops = {
-        "assumed_modes_1": closed_loop_run(modes, 1, WHOLE),
-        "assumed_modes_50": closed_loop_run(modes, POPULATION, s),
-        "chain_1": closed_loop_run(chain, 1, WHOLE),
-        "chain_50": closed_loop_run(chain, POPULATION, s),
-        "bare_mj_step": bare_run(chain, in_python=False),
-        "python_loop": bare_run(chain, in_python=True),
-    }
+    plants, notes = plants_of(config)
+    modes, chain = plants["assumed_modes"], plants["chain"]
+    assert isinstance(modes, AssumedModesPlant) and isinstance(chain, ChainPlant)
+    loops: dict[str, Run | None] = {}
+    for name, plant in plants.items():
+        loops[f"{name}_1"] = closed_loop_run(plant, 1, WHOLE)
+        loops[f"{name}_50"] = closed_loop_run(plant, POPULATION, s)
+    loops[BARE] = bare_run(chain)
+    loops["c_loop"], missing = c_run(modes)
+    loops["python_loop"] = bare_run(chain, in_python=True)
     threads = range(1, thread_count() + 1)
-    plants: tuple[Plant, ...] = (modes, chain)
     tuning = {}
-    for name, plant in zip(PLANT_KEYS, plants, strict=True):
+    for name, plant in plants.items():
         tuning[f"{name} generation"] = generation_run(plant)
         for count in threads:
             tuning[f"{name} {count}"] = closed_loop_run(plant, POPULATION, s, count)
-    costs = least_cost(loops | tuning, config.rounds)
-    by_size = least_cost({} if robot.file else sized_loops(robot.parameters, s), config.rounds)
+    timed = {name: loop for name, loop in loops.items() if loop is not None}
+    costs = least_cost(timed | tuning, config.rounds)
+    by_size = least_cost({} if config.mjcf else sized_loops(modes.parameters, s), config.rounds)
     return BenchmarkResult(
-        us_per_ms={name: costs[name] for name in loops},
+        us_per_ms={name: costs.get(name) for name in loops},
         by_modes={n: by_size[f"n{n}"] for n in SCALED_MODES if f"n{n}" in by_size},
         by_segments={n: by_size[f"N{n}"] for n in SCALED_SEGMENTS if f"N{n}" in by_size},
         by_threads={
-            count: {plant: costs[f"{plant} {count}"] * count for plant in PLANT_KEYS}
+            count: {plant: costs[f"{plant} {count}"] * count for plant in plants}
             for count in threads
         },
         tuning_budget=tuning_budget(costs, thread_count()),
+        c_by_modes={n: by_size[f"c{n}"] for n in SCALED_MODES if f"c{n}" in by_size},
+        notes=tuple(each for each in (*notes, missing) if each),
     )
 
 
 @dataclass(frozen=True)
 class CostRow:
-    """A loop's microseconds per simulated millisecond, and as a share of bare `mj_step`s."""
+    """A loop's microseconds per simulated ms, as a share of bare `mj_step`s and of its goal."""
 
     loop: str
-    us: float
-    share: float
+    us: float | None
+    share: float | None
+    goal: str = ""
 
 
 @dataclass(frozen=True)
@@ -245,7 +207,12 @@ class BudgetRow:
     budget: dict[str, float]
 
 
-COSTS = (Column("loop"), Column("us", form=".3f"), Column("share", "of bare mj_step", form=".3f"))
+COSTS = (
+    Column("loop"),
+    Column("us", form=".3f"),
+    Column("share", "of bare mj_step", form=".3f"),
+    Column("goal"),
+)
 BUDGETS = (
     Column("plant"),
     Column("simulations", form=".0f"),
@@ -255,35 +222,53 @@ BUDGETS = (
 )
 
 
+def goals_of(result: BenchmarkResult) -> dict[str, str]:
+    """Return by loop how much it may cost of what it is held against, and costs of C."""
+    spoken = {}
+    for loop, other, most in GOALS:
+        ratio = result.ratio(loop, other)
+        if ratio is not None:
+            own = "" if other == BARE else f"{ratio:.3f} of {other}, "
+            spoken[loop] = f"{own}{most:g} at most"
+    return spoken
+
+
 def tables(result: BenchmarkResult) -> list[Table]:
     """Return the costs of the loops, and of tuning."""
-    bare = result.us_per_ms["bare_mj_step"]
-    costs = [CostRow(loop, us, us / bare) for loop, us in result.us_per_ms.items()]
+    goals = goals_of(result)
+    costs = [
+        CostRow(loop, us, result.ratio(loop, BARE), goals.get(loop, ""))
+        for loop, us in result.us_per_ms.items()
+    ]
     budgets = [
         BudgetRow(plant.replace("_", " "), each) for plant, each in result.tuning_budget.items()
     ]
     return [
-        Table(costs, COSTS, "Cost of a simulated millisecond, per core"),
+        Table(costs, COSTS, "Cost of a simulated millisecond, per core; ideal, undamped"),
         Table(budgets, BUDGETS, f"Tuning, simulations of {WHOLE:g} s"),
     ]
 
 
 def verdict(result: BenchmarkResult) -> str:
-    """Return in words how cost goes with size and threads."""
-    lines = []
-    if result.by_modes:
-        modes = ", ".join(f"n = {n}: {cost:.2f}" for n, cost in result.by_modes.items())
-        chains = ", ".join(f"N = {n}: {cost:.1f}" for n, cost in result.by_segments.items())
-        lines += [
-            f"Assumed modes, us by number of modes: {modes}",
-            f"Chain, us by segments (steps of 0.5 ms above N = 8): {chains}",
-        ]
-    for count, costs in result.by_threads.items():
-        lines.append(
-            f"{count} thread(s), {POPULATION} controllers, us per core: assumed modes "
-            f"{costs['assumed_modes']:.2f}, chain {costs['chain']:.1f}"
-        )
+    """Return in words how cost goes with size and threads, and what was not timed."""
+    lines = list(result.notes)
+    for what, costs, form in (
+        ("Assumed modes, us by number of modes", result.by_modes, "n = {}: {:.2f}"),
+        ("The same in C", result.c_by_modes, "n = {}: {:.2f}"),
+        ("Chain, us by segments (0.5 ms above N = 8)", result.by_segments, "N = {}: {:.1f}"),
+    ):
+        if costs:
+            each = ", ".join(form.format(size, cost) for size, cost in costs.items())
+            lines.append(f"{what}: {each}")
+    for count, by_plant in result.by_threads.items():
+        each = ", ".join(f"{key.replace('_', ' ')} {cost:.2f}" for key, cost in by_plant.items())
+        lines.append(f"{count} thread(s), {POPULATION} controllers, us per core: {each}")
     return "\n".join([*lines, ""])
 
 
-command = Question(run, tables, verdict, vars)
+def content(result: BenchmarkResult) -> dict[str, Any]:
+    """Return what `--json` prints."""
+    return vars(result) | {"ratios": result.ratios}
+
+
+command = Question(run, tables, verdict, content)

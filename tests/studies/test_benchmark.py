@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from controllers import TUNED
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters
 from studies.core.timing import least_cost
+from studies.tools import c_loop
 from studies.tools.benchmark import (
     BenchmarkConfig,
     BenchmarkResult,
-    as_drawn,
-    bare_run,
-    closed_loop_run,
     command,
-    generation_run,
     run,
     tables,
     tuning_budget,
+    verdict,
+)
+from studies.tools.timed_loops import (
+    WHOLE,
+    as_drawn,
+    bare_run,
+    c_run,
+    closed_loop_run,
+    generation_run,
 )
 from studies.tuning.individuals import ControllerDesign
 
@@ -65,11 +74,57 @@ def test_seconds_out_of_range(seconds: float) -> None:
 
 
 def test_table_states_ratios() -> None:
-    figures = {"chain_1": 23.0, "bare_mj_step": 20.0}
+    figures = {"chain_1": 23.0, "assumed_modes_1": 0.5, "bare_mj_step": 20.0, "c_loop": 0.4}
     made = BenchmarkResult(figures, {3: 0.5}, {6: 20.0}, {1: {"assumed_modes": 1.0, "chain": 2.0}})
     costs = tables(made)[0]
     rows = [costs.cells(line) for line in costs.lines()]
-    assert rows == [["chain_1", "23.000", "1.150"], ["bare_mj_step", "20.000", "1.000"]]
+    assert rows == [
+        ["chain_1", "23.000", "1.150", "0.92 at most"],
+        ["assumed_modes_1", "0.500", "0.025", "1.250 of c_loop, 1.2 at most"],
+        ["bare_mj_step", "20.000", "1.000", ""],
+        ["c_loop", "0.400", "0.020", ""],
+    ]
+    assert command.content(made)["ratios"]["assumed_modes_1 / c_loop"] == pytest.approx(1.25)
+
+
+def test_a_loop_that_was_not_timed_is_none_and_said() -> None:
+    figures = {"assumed_modes_1": 0.5, "bare_mj_step": 20.0, "c_loop": None}
+    made = BenchmarkResult(figures, {}, {}, {}, notes=("no C compiler",))
+    costs = tables(made)[0]
+    assert [costs.cells(line)[1:] for line in costs.lines()][2] == ["-", "-", ""]
+    assert verdict(made).splitlines() == ["no C compiler"]
+    assert command.content(made)["ratios"]["assumed_modes_1 / c_loop"] is None
+
+
+@pytest.mark.skipif(shutil.which(c_loop.COMPILER) is None, reason="no C compiler")
+@pytest.mark.parametrize("modes", [1, 3, 5])
+def test_the_loop_in_c_is_the_same(modes: int) -> None:
+    """c_run itself refuses one that moves otherwise; a wrong number in it is seen."""
+    plant = AssumedModesPlant(Parameters(zeta=0.0), modes)
+    in_c, note = c_run(plant)
+    assert in_c is not None and not note
+    assert in_c() == pytest.approx(1e3 * WHOLE, rel=COUNTED)
+
+
+@pytest.mark.skipif(shutil.which(c_loop.COMPILER) is None, reason="no C compiler")
+def test_a_loop_in_c_that_moves_otherwise_is_not_timed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "other.c"
+    text = c_loop.SOURCE.read_text()
+    assert "wb * wb * (p->mass[j] * e - N_e)" in text
+    other.write_text(text.replace("wb * wb * (p->mass[j] * e - N_e)", "wb * wb * p->mass[j] * e"))
+    monkeypatch.setattr(c_loop, "SOURCE", other)
+    in_c, note = c_run(AssumedModesPlant(Parameters()))
+    assert in_c is None and "c_loop is not timed" in note
+
+
+def test_without_a_compiler_there_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(c_loop, "COMPILER", "no-such-compiler")
+    assert c_run(AssumedModesPlant(Parameters())) == (
+        None,
+        "no C compiler (cc) here: c_loop is not timed",
+    )
 
 
 def test_generations_are_near_the_tuned_controller_and_run_to_the_end() -> None:
@@ -89,7 +144,8 @@ def test_tuning_budget_divides_by_what_it_says() -> None:
     """A generation on two threads at 0.6 us a simulated ms, the population at 0.5, or 1 on one."""
     costs = {"chain_50": 1.0, "chain 2": 0.5, "chain generation": 0.6}
     costs |= {key.replace("chain", "assumed_modes"): 2 * cost for key, cost in costs.items()}
-    found = tuning_budget(costs, threads=2)
+    found = tuning_budget(costs | {"bare_mj_step": 9.0}, threads=2)
+    assert list(found) == ["chain", "assumed_modes"]
     assert found["chain"]["simulations"] == 50 + 99 * 44
     assert found["chain"]["seconds"] == pytest.approx(4406 * 5000 * 0.6e-6)
     assert found["chain"]["ratio"] == pytest.approx(0.6 / (1.0 / 2))

@@ -117,11 +117,14 @@ def test_benchmark_names_its_loops(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("studies.core.timing.TURN", 0.05)
-    cost = printed(["benchmark", "--rounds", "1", "--seconds", "0.2", "--json"], capsys)[
-        "us_per_ms"
+    found = printed(["benchmark", "--rounds", "1", "--seconds", "0.2", "--json"], capsys)
+    cost = found["us_per_ms"]
+    loops = [
+        f"{plant}_{n}" for plant in ("assumed_modes", "chain", "closed_chain") for n in (1, 50)
     ]
-    names = ["assumed_modes_1", "assumed_modes_50", "chain_1", "chain_50", "bare_mj_step"]
-    assert list(cost) == [*names, "python_loop"]
-    assert min(cost.values()) > 0
+    assert list(cost) == [*loops, "bare_mj_step", "c_loop", "python_loop"]
+    assert min(each for each in cost.values() if each is not None) > 0
+    assert (cost["c_loop"] is None) == bool(found["notes"])
+    assert set(found["tuning_budget"]) == {"assumed_modes", "chain", "closed_chain"}
     assert cost["chain_50"] < SLACK * cost["bare_mj_step"]
     assert cost["assumed_modes_50"] < cost["chain_50"] / 5
