@@ -30,7 +30,6 @@ from flexsim.mjcf.reading.limits import require_small
 from flexsim.mjcf.reading.linear_checks import linear_reasons
 from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.reading.text import read_mjcf, with_includes
-from flexsim.mjcf.stepped import stepped
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.step_limits import POSES, fastest_decay, longest_step
@@ -74,11 +73,6 @@ class ArmFile(ABC):
     def integrator(self) -> str:
         """What takes the steps, the file's `integrator`."""
         return integrator_name(self.model)
-
-    @cached_property
-    def stepped(self) -> mujoco.MjModel:
-        """What loops step: the model without what does not move it; see `flexsim.mjcf.stepped`."""
-        return stepped(self.model, self.text)
 
     @property
     @abstractmethod

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
@@ -37,6 +38,7 @@ from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
+from flexsim.plants.stepped import stepped
 
 GAUSS_POINTS = 24  # to a segment: modes 1 to 3 times a line, to rounding
 
@@ -94,13 +96,21 @@ class ChainPlant:
         """The file as MuJoCo compiled it."""
         return self.chain.model
 
+    @cached_property
+    def stepped(self) -> mujoco.MjModel:
+        """What loops step: the model without what does not move it."""
+        return stepped(self.chain.model, self.chain.text)
+
     @contextmanager
     def running(self, threads: int) -> Iterator[Chain]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         c = self.chain
-        workspaces = Workspaces(c.stepped, threads)
+        model = self.stepped
+        workspaces = Workspaces(model, threads)
         with quiet_warnings():
-            yield Chain(c.stepped._address, workspaces.addresses, c.L_R, c.root, c.lengths, c.step)
+            yield Chain(
+                self.stepped._address, workspaces.addresses, c.L_R, c.root, c.lengths, c.step
+            )
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""

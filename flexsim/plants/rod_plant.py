@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import mujoco
@@ -45,6 +46,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Rod, Workspaces
+from flexsim.plants.stepped import stepped
 
 GAUSS_POINTS = 12  # to an element: modes 1 to 3 times a line, to rounding
 
@@ -99,13 +101,19 @@ class RodPlant:
         """The file as MuJoCo compiled it."""
         return self.rod.model
 
+    @cached_property
+    def stepped(self) -> mujoco.MjModel:
+        """What loops step: the model without what does not move it."""
+        return stepped(self.rod.model, self.rod.text)
+
     @contextmanager
     def running(self, threads: int) -> Iterator[Rod]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         r = self.rod
-        workspaces = Workspaces(r.stepped, threads)
+        model = self.stepped
+        workspaces = Workspaces(model, threads)
         with quiet_warnings():
-            yield Rod(r.stepped._address, workspaces.addresses, r.L_R, r.reach, r.step)
+            yield Rod(model._address, workspaces.addresses, r.L_R, r.reach, r.step)
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""
