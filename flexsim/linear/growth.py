@@ -1,7 +1,7 @@
 """How fast does a loop grow near rest, as the simulation steps it, along a trajectory's poses?
 
 >>> options = loop_options(setting("simulink").friction, 1e-3)
->>> radii = spectral_radii(plant, extreme_poses(reference), b, a, options)
+>>> radii = spectral_radii(plant, extreme_poses(reference), controllers, options)
 >>> growth_rates(radii, 1e-3) <= SLACK
 """
 

@@ -1,12 +1,13 @@
 """The sampled closed loop near rest: poles, spectral radius, margins, for one or for thousands.
 
     >>> from flexsim.linear.loop_poles import linear_loop, spectral_radii
-    >>> loop = linear_loop(plant, 1.2, *stack_filters([controller.filters(1e-3)]))
+    >>> loop = linear_loop(plant, 1.2, stack([controller], period=1e-3))
     >>> loop.spectral_radius                     # below 1: the loop is stable near rest
-    >>> spectral_radii(plant, 1.2, b, a)         # (P,), for a whole population
+    >>> spectral_radii(plant, 1.2, controllers)  # (P,), for a whole population
 
 The loop is that of `flexsim.loop.compiled_loop`: errors theta1_ref - theta1 and
-theta2_ref - (theta2 + v_gain v/(r+L)), filters (3) and (4), torques held over a period.
+theta2_ref - (theta2 + v_gain v/(r+L)), controllers of any linear kind (the paper's are the filters
+(3) and (4)), torques held over a period.
 
 Friction. A linear model knows no dead zone. What it can know is a *small-signal gain* of the
 torque at each joint and a viscous friction: `small_signal` gives those of a `Friction` beyond its
@@ -23,7 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexsim.errors import ParameterError
+from flexsim.linear.controller_space import controller_space
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
+from flexsim.loop.control import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
@@ -84,10 +87,10 @@ def small_signal(friction: Friction) -> tuple[tuple[float, float], tuple[float, 
 
 @dataclass(frozen=True, eq=False)
 class SampledPlant:
-    """A plant over one control period, with the loop's measurement.
+    """A plant over one control period, with the loop's measurements, the reference at zero.
 
     Attributes:
-        A: (n, n), B: (n, 2) with the torque gains. C: (2, n) to theta1 and the reflected tip.
+        A: (n, n), B: (n, 2) with the torque gains. C: (3, n) to the joints' errors and v.
         period: [s]. linear: what was discretised.
     """
 
@@ -112,43 +115,43 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
     else:
         linear = linearise(plant, theta2, o.joint_damping)
         A, B = zero_order_hold(linear, o.period)
-    C = linear.C[:2].copy()
-    C[1] += o.v_gain / plant.parameters.reach * linear.C[2]  # atan(v/(r+L)), linear
+    C = np.vstack([-linear.C[:2], linear.C[2:3]])
+    C[1] -= o.v_gain / plant.parameters.reach * linear.C[2]  # atan(v/(r+L)), linear
     return SampledPlant(A, B * np.array(o.torque_gain), C, o.period, linear)
 
 
-def filter_matrices(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
-    """Return filters (..., m+1) as state space A (..., m, m), B (..., m), C (m,), D (...).
-
-    The states are the delays of `closed_loop.filter_sample`, direct form II transposed; a[0] = 1.
-    """
-    m = b.shape[-1] - 1
-    A = np.zeros((*b.shape[:-1], m, m))
-    A[..., :, 0] = -a[..., 1:]
-    A[..., np.arange(m - 1), np.arange(1, m)] = 1.0
-    return A, b[..., 1:] - a[..., 1:] * b[..., :1], np.eye(1, m)[0], b[..., 0]
-
-
-def closed_loop_matrices(sampled: SampledPlant, b: Array, a: Array) -> Array:
-    """Return the closed loop's matrices (P, n + 2m, n + 2m) over one period, reference at zero.
+def wanted_torques(sampled: SampledPlant, controllers: Controllers) -> Array:
+    """Return the torques (P, 2, n + c) that controllers want, of the states of plant and theirs.
 
     Args:
-        sampled: plant of n states; b, a: (P, 2, m+1), a[0] = 1, from `stack_filters`.
+        sampled: plant of n states; controllers: P of them, of c states.
     """
-    n, m = len(sampled.A), b.shape[-1] - 1
-    F, G, H, D = filter_matrices(b, a)  # (P, 2, m, m), (P, 2, m), (m,), (P, 2)
-    total = np.zeros((len(b), n + 2 * m, n + 2 * m))
-    total[:, :n, :n] = sampled.A - np.einsum("nj,pj,jk->pnk", sampled.B, D, sampled.C)
-    for j in range(2):
-        own = slice(n + j * m, n + (j + 1) * m)
-        total[:, :n, own] = np.outer(sampled.B[:, j], H)
-        total[:, own, :n] = -np.einsum("pm,k->pmk", G[:, j], sampled.C[j])
-        total[:, own, own] = F[:, j]
+    _, _, H, D = controller_space(controllers)
+    return np.concatenate([D @ sampled.C, H], axis=2)
+
+
+def closed_loop_matrices(sampled: SampledPlant, controllers: Controllers) -> Array:
+    """Return the closed loop's matrices (P, n + c, n + c) over one period, reference at zero.
+
+    Args:
+        sampled: plant of n states; controllers: P of them, of c states.
+    """
+    n = len(sampled.A)
+    F, G, _, _ = controller_space(controllers)  # (P, c, c), (P, c, 3)
+    torques = wanted_torques(sampled, controllers)
+    total = np.zeros((len(torques), torques.shape[2], torques.shape[2]))
+    total[:, :n] = sampled.B @ torques
+    total[:, :n, :n] += sampled.A
+    total[:, n:, :n] = G @ sampled.C
+    total[:, n:, n:] = F
     return total
 
 
 def spectral_radii(
-    plant: Plant, theta2: ArrayLike, b: Array, a: Array, options: LoopOptions | None = None
+    plant: Plant,
+    theta2: ArrayLike,
+    controllers: Controllers,
+    options: LoopOptions | None = None,
 ) -> Array:
     """Return the spectral radius (P,) of every controller's loop, the largest over the poses.
 
@@ -157,23 +160,20 @@ def spectral_radii(
 
     Args:
         plant: either. theta2: one pose or several [rad].
-        b, a: (P, 2, m+1), a[0] = 1, from `closed_loop.stack_filters`.
+        controllers: P of them, from `flexsim.loop.controllers.stack`.
 
     Returns:
-        (P,); inf where a coefficient is not finite.
+        (P,).
 
     Raises:
         ParameterError: a pose or an option cannot be used.
     """
-    worst = np.zeros(len(b))
-    finite = np.isfinite(b).all(axis=(1, 2)) & np.isfinite(a).all(axis=(1, 2))
-    worst[~finite] = np.inf
-    rows = np.flatnonzero(finite)
+    worst = np.zeros(len(controllers.b))
     for pose in np.atleast_1d(np.asarray(theta2, dtype=float)):
         sampled = sampled_plant(plant, float(pose), options)
-        for start in range(0, len(rows), CHUNK):
-            part = rows[start : start + CHUNK]
-            poles = np.linalg.eigvals(closed_loop_matrices(sampled, b[part], a[part]))
+        for start in range(0, len(worst), CHUNK):
+            part = slice(start, start + CHUNK)
+            poles = np.linalg.eigvals(closed_loop_matrices(sampled, controllers.chosen(part)))
             worst[part] = np.maximum(worst[part], np.abs(poles).max(axis=1))
     return worst
 
@@ -183,21 +183,20 @@ class LinearLoop:
     """One controller's closed loop near rest.
 
     Attributes:
-        sampled: the plant. b, a: (2, m+1) filters of the joints.
+        sampled: the plant. controllers: one, of c states.
     """
 
     sampled: SampledPlant
-    b: Array
-    a: Array
+    controllers: Controllers
 
     @cached_property
     def matrix(self) -> Array:
-        """Closed-loop matrix over one period (n + 2m, n + 2m)."""
-        return closed_loop_matrices(self.sampled, self.b[None], self.a[None])[0]
+        """Closed-loop matrix over one period (n + c, n + c)."""
+        return closed_loop_matrices(self.sampled, self.controllers)[0]
 
     @cached_property
     def poles(self) -> NDArray[np.complex128]:
-        """Closed-loop poles (n + 2m,) in z, largest modulus first."""
+        """Closed-loop poles (n + c,) in z, largest modulus first."""
         found = np.linalg.eigvals(self.matrix)
         return np.asarray(found[np.argsort(-np.abs(found), kind="stable")], dtype=complex)
 
@@ -220,28 +219,23 @@ class LinearLoop:
         Args:
             joint: 0 or 1.
         """
-        n, m = len(self.sampled.A), self.b.shape[-1] - 1
-        matrix, own = self.matrix.copy(), slice(n + joint * m, n + (joint + 1) * m)
-        _, _, H, D = filter_matrices(self.b[joint], self.a[joint])
-        back = np.zeros(len(matrix))  # (n + 2m,), minus the torque that the joint's filter wants
-        back[:n], back[own] = D * self.sampled.C[joint], -H
-        into = np.zeros(len(matrix))
-        into[:n] = self.sampled.B[:, joint]
-        return matrix + np.outer(into, back), into, back
+        back = -wanted_torques(self.sampled, self.controllers)[0, joint]  # (n + c,)
+        into = np.zeros(len(back))
+        into[: len(self.sampled.A)] = self.sampled.B[:, joint]
+        return self.matrix + np.outer(into, back), into, back
 
 
 def linear_loop(
-    plant: Plant, theta2: float, b: Array, a: Array, options: LoopOptions | None = None
+    plant: Plant, theta2: float, controllers: Controllers, options: LoopOptions | None = None
 ) -> LinearLoop:
     """Return one controller's closed loop near rest at theta2 [rad].
 
     Args:
-        b, a: (2, m+1) or (1, 2, m+1), a[0] = 1, from `closed_loop.stack_filters`.
+        controllers: one, from `flexsim.loop.controllers.stack`.
 
     Raises:
         ParameterError: a pose or an option cannot be used, or more than one controller is given.
     """
-    if b.size != 2 * b.shape[-1]:
-        raise ParameterError(f"filters have shape {b.shape}; give one controller, (2, m+1)")
-    shape = (2, b.shape[-1])
-    return LinearLoop(sampled_plant(plant, theta2, options), b.reshape(shape), a.reshape(shape))
+    if len(controllers.b) != 1:
+        raise ParameterError(f"{len(controllers.b)} controllers are given; a loop has one")
+    return LinearLoop(sampled_plant(plant, theta2, options), controllers)

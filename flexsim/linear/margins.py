@@ -1,6 +1,6 @@
 """How far is a loop from instability? Gain and phase margins of one joint, the other closed.
 
-    >>> margins(linear_loop(plant, 1.2, b, a), joint=0).gain_high
+    >>> margins(linear_loop(plant, 1.2, stack([controller], period=1e-3)), joint=0).gain_high
 
 The beam is undamped, so every resonance passes |L| = 1 and the smallest phase margin is small for
 any controller; it is the gain margins that say which torque gains (friction!) a loop can take.

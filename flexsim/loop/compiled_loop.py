@@ -1,8 +1,8 @@
 """The closed loop, compiled: reference, measurement, filters, friction and plant, for populations.
 
-One function, `run_population`, serves every plant and every controller: a controller is two
-digital filters (b, a), a plant two compiled functions (`flexsim.plants.dispatch`). Individuals
-run on separate threads; each is computed alike whatever the number of threads.
+One function, `run_population`, serves every plant and every controller: a controller is what
+`flexsim.loop.control` runs, a plant two compiled functions (`flexsim.plants.dispatch`).
+Individuals run on separate threads; each is computed alike whatever the number of threads.
 
 Loop (Figure 2 of the paper is lost; this is our reading): the joint errors are
 theta1_ref - theta1 and theta2_ref - (theta2 - atan(v/(r+L))), v entering with its sign changed.
@@ -17,6 +17,7 @@ import numba
 import numpy as np
 
 from flexsim.errors import ParameterError
+from flexsim.loop.control import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.numerics.jit import jit, jit_parallel
 from flexsim.numerics.types import Array
@@ -35,6 +36,7 @@ class Loop(NamedTuple):
     Attributes:
         period: control period [s]; substeps: physics steps per period.
         tip, joint: (K+1, 2) reference at t_k = k period [m], [rad].
+        torque: (K+1, 2) fed forward, added to the controllers' torques [N m]; (0, 2) for none.
         L_R, reach: link lengths of the kinematics [m].
         v_gain: factor of atan(v/(r+L)) where it is added to the measured theta2, -1 in the paper.
         v_limit: deflection beyond which the beam has left its model's range [m].
@@ -45,6 +47,7 @@ class Loop(NamedTuple):
     substeps: int
     tip: Array
     joint: Array
+    torque: Array
     L_R: float
     reach: float
     v_gain: float
@@ -67,20 +70,6 @@ class Outcome(NamedTuple):
     states: Array
     torques: Array
     errors: Array
-
-
-@jit
-def filter_sample(b: Array, a: Array, z: Array, x: float) -> float:
-    """Return the output of a digital filter for one input sample, direct form II transposed.
-
-    Args:
-        b, a: (m+1,) coefficients, a[0] = 1, as scipy.signal.lfilter takes them.
-        z: (m+1,) delays, the last always 0; overwritten.
-    """
-    y = b[0] * x + z[0]
-    for i in range(b.shape[0] - 1):
-        z[i] = b[i + 1] * x - a[i + 1] * y + z[i + 1]
-    return y
 
 
 @jit
@@ -114,17 +103,28 @@ def squared_error(loop: Loop, state: Array, k: int, along: float, v: float) -> f
 
 @jit
 def run_one(  # type: ignore[no-untyped-def]
-    plant, slot, friction: FrictionNumbers, loop: Loop, b, a, state, stride, states, torques, errors
+    plant,
+    slot,
+    friction: FrictionNumbers,
+    loop: Loop,
+    controllers: Controllers,
+    i,
+    state,
+    stride,
+    states,
+    torques,
+    errors,
 ):
     """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
 
     Args:
-        b, a: (2, m+1) filters of the two joints.
+        controllers, i: of all runs, and which of them is this run's.
         stride: record every stride-th sample into states, torques, errors; 0 records nothing.
     """
     m = state.shape[0] // 2
     work = work_space(m)
-    z = np.zeros((2, b.shape[1]))
+    z = np.zeros(controllers.b.shape[1:])
+    x = np.zeros((2, controllers.A.shape[1]))
     samples = loop.tip.shape[0]
     index = 0.0
     for k in range(samples):
@@ -135,8 +135,9 @@ def run_one(  # type: ignore[no-untyped-def]
         index += edge * loop.period * squared_error(loop, state, k, along, v)
         e1 = loop.joint[k, 0] - state[0]
         e2 = loop.joint[k, 1] - (state[1] + loop.v_gain * np.arctan(v / loop.reach))
-        u1 = filter_sample(b[0], a[0], z[0], e1)  # (3)
-        u2 = filter_sample(b[1], a[1], z[1], e2)  # (4)
+        u1, u2 = control_sample(controllers, i, z, x, e1, e2, v)
+        if loop.torque.shape[0] > 0:
+            u1, u2 = u1 + loop.torque[k, 0], u2 + loop.torque[k, 1]
         if stride > 0 and k % stride == 0:
             row = k // stride
             states[row, :] = state
@@ -156,17 +157,17 @@ def run_one(  # type: ignore[no-untyped-def]
 
 @jit_parallel
 def _run_all(  # type: ignore[no-untyped-def]
-    plant, friction, loop, b, a, initial, stride, index, diverged, states, torques, errors
+    plant, friction, loop, controllers, initial, stride, index, diverged, states, torques, errors
 ):
     """Fill the outcome arrays, one individual per iteration of the threaded loop."""
-    for i in numba.prange(b.shape[0]):
+    for i in numba.prange(controllers.b.shape[0]):
         index[i], diverged[i] = run_one(
             plant,
             get_thread_id(),
             friction,
             loop,
-            b[i],
-            a[i],
+            controllers,
+            i,
             initial.copy(),
             stride,
             states[i],
@@ -175,42 +176,11 @@ def _run_all(  # type: ignore[no-untyped-def]
         )
 
 
-def _usable(coefficients: Any) -> bool:
-    """Return whether these are one finite real number or more, in a row."""
-    row = np.asarray(coefficients)
-    return (
-        row.ndim == 1 and row.size > 0 and row.dtype.kind in "iuf" and bool(np.isfinite(row).all())
-    )
-
-
-def stack_filters(controllers: list[Any]) -> tuple[Array, Array]:
-    """Return filters ((b1, a1), (b2, a2)) of P controllers as b, a (P, 2, m+1), normalised.
-
-    Raises:
-        ParameterError: no controllers, not two filters each, an a[0] of zero, or a coefficient that
-            is not a finite real number.
-    """
-    if not controllers or any(len(pair) != 2 for pair in controllers):
-        raise ParameterError("give one controller or more, each as ((b1, a1), (b2, a2))")
-    order = max(np.size(part) for pair in controllers for ba in pair for part in ba)
-    b, a = np.zeros((2, len(controllers), 2, order))
-    for i, pair in enumerate(controllers):
-        for j, (numerator, denominator) in enumerate(pair):
-            if not (_usable(numerator) and _usable(denominator) and denominator[0] != 0):
-                raise ParameterError(
-                    f"filter {j + 1} of controller {i} is b = {numerator}, a = {denominator}; "
-                    "give finite coefficients and a[0] other than 0"
-                )
-            b[i, j, : len(numerator)] = np.asarray(numerator) / denominator[0]
-            a[i, j, : len(denominator)] = np.asarray(denominator) / denominator[0]
-    return b, a
-
-
 def run_population(
     plant: Any,
     friction: FrictionNumbers,
     loop: Loop,
-    controllers: tuple[Array, Array],
+    controllers: Controllers,
     initial: Array,
     stride: int = 0,
     threads: int | None = None,
@@ -220,21 +190,21 @@ def run_population(
     Args:
         plant: with `running(threads)`, a context manager (`flexsim.plants.base`).
         friction: compiled friction law; loop: reference and measurement.
-        controllers: b, a (P, 2, m+1) from `stack_filters`.
+        controllers: P of them, from `flexsim.loop.controllers.stack`.
         initial: (2 m,) state at t = 0.
         stride: record every stride-th sample; 0 records nothing.
         threads: number of threads; None for all that numba has.
     """
-    b, a = controllers
     if stride < 0:
         raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
     rows = (len(loop.tip) + stride - 1) // stride if stride else 0
+    runs = len(controllers.b)
     outcome = Outcome(
-        np.empty(len(b)),
-        np.empty(len(b)),
-        np.full((len(b), rows, len(initial)), np.nan),
-        np.full((len(b), rows, 2), np.nan),
-        np.full((len(b), rows, 2), np.nan),
+        np.empty(runs),
+        np.empty(runs),
+        np.full((runs, rows, len(initial)), np.nan),
+        np.full((runs, rows, 2), np.nan),
+        np.full((runs, rows, 2), np.nan),
     )
     available = numba.get_num_threads()
     wanted = available if threads is None else threads
@@ -246,7 +216,7 @@ def run_population(
             plant.running(THREADS_MOST) as coefficients,
             numba.parallel_chunksize(1),
         ):
-            _run_all(coefficients, friction, loop, b, a, initial, stride, *outcome)
+            _run_all(coefficients, friction, loop, controllers, initial, stride, *outcome)
     finally:
         numba.set_num_threads(available)
     return outcome

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.errors import DivergenceError, ParameterError
-from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population, stack_filters
+from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population
+from flexsim.loop.controllers import stack
 from flexsim.loop.friction import joint_torques
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
@@ -45,7 +46,8 @@ def loop_of(
 
     Raises:
         ParameterError: the control period is no whole multiple of the physics step, the weights
-            are not three finite numbers, or v_gain is not finite.
+            are not three finite numbers, v_gain is not finite, or the torque fed forward is not
+            (K+1, 2) finite numbers.
     """
     if len(reference.time) < 2:
         raise ParameterError("the reference has one sample only; use a shorter control period")
@@ -55,18 +57,34 @@ def loop_of(
         raise ParameterError(f"index weights are {weights!r}; give three finite numbers, 0 or more")
     if not np.isfinite(v_gain):
         raise ParameterError(f"v_gain is {v_gain}; give a finite number, -1 in the paper")
+    torque = np.zeros((0, 2)) if reference.torque is None else _forward(reference)
     p = plant.parameters
     return Loop(
         period=period,
         substeps=whole_substeps(period, plant.step),
         tip=np.ascontiguousarray(reference.tip),
         joint=np.ascontiguousarray(reference.joint),
+        torque=torque,
         L_R=p.L_R,
         reach=p.reach,
         v_gain=float(v_gain),
         v_limit=V_LIMIT * p.L,
         weights=importance,
     )
+
+
+def _forward(reference: Reference) -> Array:
+    """Return the torque fed forward with a reference (K+1, 2), checked."""
+    try:
+        torque = np.ascontiguousarray(reference.torque, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError("the reference's torque must be an array of numbers") from None
+    if torque.shape != reference.joint.shape or not np.isfinite(torque).all():
+        raise ParameterError(
+            f"the reference's torque has shape {torque.shape}; "
+            f"give {reference.joint.shape} finite numbers [N m]"
+        )
+    return torque
 
 
 def evaluate(
@@ -81,16 +99,17 @@ def evaluate(
     """Return the outcome of every controller, without looking into the motions.
 
     Args:
-        plant, setting, reference: as named.
-        controllers: P pairs ((b1, a1), (b2, a2)).
+        plant, setting, reference: as named; a reference's torque is fed forward.
+        controllers: P of any linear kind, see `flexsim.loop.controllers`.
         stride: record every stride-th sample; 0 records nothing. threads: None for all.
         loop_options: `v_gain`, `weights` of `loop_of`.
     """
+    loop = loop_of(plant, reference, **loop_options)
     return run_population(
         plant,
         setting.friction.numbers(),
-        loop_of(plant, reference, **loop_options),
-        stack_filters(list(controllers)),
+        loop,
+        stack(controllers, loop.period),
         plant.rest_state(reference.joint[0]),
         stride,
         threads,

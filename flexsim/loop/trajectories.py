@@ -102,11 +102,16 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A trajectory sampled at the control period: time (K+1,), tip and joint (K+1, 2)."""
+    """A trajectory sampled at the control period: time (K+1,), tip and joint (K+1, 2).
+
+    torque: (K+1, 2) [N m], fed forward: added to what the controllers of both joints give, before
+    friction and limits; None for none. `replace(reference, torque=mine)` adds one.
+    """
 
     time: Array
     tip: Array
     joint: Array
+    torque: Array | None = None
 
 
 def reference(trajectory: Trajectory, parameters: Parameters, period: float = PERIOD) -> Reference:

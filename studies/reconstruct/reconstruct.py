@@ -20,7 +20,8 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TABLE_2
-from flexsim.loop.compiled_loop import run_population, stack_filters
+from flexsim.loop.compiled_loop import run_population
+from flexsim.loop.controllers import stack
 from flexsim.loop.metrics import envelope_half_width
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.trajectories import reference
@@ -110,12 +111,12 @@ def start_runs(
     """
     shape, column, _ = FIGURES[figure]
     ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
-    filters = stack_filters([TABLE_2[column].filters(PERIOD)])
+    controllers = stack([TABLE_2[column]], PERIOD)
     friction, loop = variant.setting.friction.numbers(), loop_of(plant, ref, variant.v_gain)
     joints, tips = [], []
     for offset in offsets:
         start = plant.rest_state(ref.joint[0] + offset)
-        states = run_population(plant, friction, loop, filters, start, 1, 1).states[0]
+        states = run_population(plant, friction, loop, controllers, start, 1, 1).states[0]
         joints.append(states[:, :2])
         tips.append(plant.observe(states, energy=False).tip)
     return joints, tips

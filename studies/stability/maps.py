@@ -14,7 +14,7 @@ import numpy as np
 from controllers import Controller, Gains, fractional_pid
 from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, spectral_radii
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -60,7 +60,7 @@ def stability_map(
             changed = replace(gains, k1=gain / 1000.0**order, nu1=float(order))
             mine = fractional_pid(changed, options.period)
             pairs.append((fixed[0], mine) if joint else (mine, fixed[1]))
-    radii = spectral_radii(plant, theta2, *stack_filters(pairs), options)
+    radii = spectral_radii(plant, theta2, stack(pairs, options.period), options)
     growth = growth_rates(radii, options.period).reshape(points, points)
     order = float(gains.nu1 or 0.0)
     own = (gains.k1 * 1000.0**order, order)

@@ -7,8 +7,10 @@ import math
 import numpy as np
 
 from flexsim.arm.kinematics import tip_position
+from flexsim.linear.controller_space import controller_states
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
 from flexsim.loop.compiled_loop import run_population
+from flexsim.loop.control import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
@@ -45,7 +47,7 @@ def still(plant: Plant, theta2: float, period: float, samples: int, offset: floa
 def simulated_errors(
     plant: Plant,
     theta2: float,
-    filters: tuple[Array, Array],
+    controllers: Controllers,
     options: LoopOptions,
     samples: int,
     offset: float = OFFSET,
@@ -53,13 +55,13 @@ def simulated_errors(
     """Return states (P, K, 2m), torques and errors (P, K, 2) of loops with an initial error.
 
     Args:
-        filters: b, a (P, 2, m+1). samples: K. offset: of both joints [rad].
+        controllers: P of them. samples: K. offset: of both joints [rad].
     """
     ref = still(plant, theta2, options.period, samples, offset)
     chosen = Setting("linear", linear_friction(options), "a torque gain per joint")
     loop = loop_of(plant, ref, v_gain=options.v_gain)
     start = plant.rest_state(ref.joint[0])
-    outcome = run_population(plant, chosen.friction.numbers(), loop, filters, start, stride=1)
+    outcome = run_population(plant, chosen.friction.numbers(), loop, controllers, start, stride=1)
     return outcome.states, outcome.torques, outcome.errors
 
 
@@ -79,43 +81,29 @@ def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> fl
     if any(options.joint_damping) and options.torque_gain != (1.0, 1.0):
         return None
     rate = max(abs(loop.growth_rate), 1e-9)
-    samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + len(loop.b[0])
-    b, a, theta2 = loop.b[None], loop.a[None], loop.sampled.linear.theta2
-    states, torques, errors = simulated_errors(plant, theta2, (b, a), options, samples)
+    order = len(loop.matrix) - len(loop.sampled.A)
+    samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + order
+    theta2 = loop.sampled.linear.theta2
+    states, _, errors = simulated_errors(plant, theta2, loop.controllers, options, samples)
     deviation = loop.sampled.linear.state(states[0]).copy()
     deviation[:, 1] -= theta2
-    delays = filter_states(loop.b, loop.a, errors[0], torques[0])
+    measured = np.column_stack([errors[0], plant.observe(states[0], energy=False).v])
+    delays = controller_states(loop.controllers, measured)
     values, vectors = np.linalg.eig(loop.matrix.T)
     left = vectors[:, np.argmax(np.abs(values))]
     size = np.log(np.abs(np.hstack([deviation, delays]) @ left))[1:]
     return float(np.polyfit(options.period * np.arange(len(size)), size, 1)[0])
 
 
-def filter_states(b: Array, a: Array, errors: Array, torques: Array) -> Array:
-    """Return the delays (K, 2 m) of both filters before each sample, from what went in and out.
-
-    Args:
-        b, a: (2, m+1). errors, torques: (K, 2).
-    """
-    m = b.shape[1] - 1
-    delays = np.zeros((len(errors), 2, m))
-    for j in range(2):
-        for i in range(m):
-            for back in range(min(m - i, len(errors) - 1)):
-                inputs = b[j, i + 1 + back] * errors[:, j] - a[j, i + 1 + back] * torques[:, j]
-                delays[back + 1 :, j, i] += inputs[: len(errors) - back - 1]
-    return delays.reshape(len(errors), 2 * m)
-
-
 def simulated_rates(
-    plant: Plant, theta2: float, filters: tuple[Array, Array], options: LoopOptions, samples: int
+    plant: Plant, theta2: float, controllers: Controllers, options: LoopOptions, samples: int
 ) -> Array:
     """Return how fast the joint errors grow (P,) [1/s] in a simulation; no linear model enters.
 
     From the last but one quarter of the run to the last, or, for errors that outgrew the initial
     one and may have stopped growing for nonlinear reasons, from the start; inf if diverged.
     """
-    _, _, errors = simulated_errors(plant, theta2, filters, options, samples)
+    _, _, errors = simulated_errors(plant, theta2, controllers, options, samples)
     quarter = samples // 4
     parts = [errors[:, -2 * quarter : -quarter], errors[:, -quarter:]]
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):

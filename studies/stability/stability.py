@@ -24,7 +24,7 @@ from flexsim.errors import ParameterError
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
 from flexsim.linear.loop_poles import HOLDS, LinearLoop, LoopOptions, linear_loop, spectral_radii
 from flexsim.linear.margins import margins
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.numerics.clocks import PERIOD
@@ -160,8 +160,8 @@ def row(
     plant: Plant, devised: Controller, theta2: float, options: LoopOptions, slack: float
 ) -> report.LoopRow:
     """Return one line of the table: poles, margins, and the growth that a simulation shows."""
-    b, a = stack_filters([devised.filters(options.period)])
-    loops = {h: linear_loop(plant, theta2, b, a, replace(options, hold=h)) for h in HOLDS}
+    stacked = stack([devised], options.period)
+    loops = {h: linear_loop(plant, theta2, stacked, replace(options, hold=h)) for h in HOLDS}
     loop = loops[options.hold]
     return report.LoopRow(
         plant=plant.name,
@@ -189,12 +189,12 @@ def draws_row(
 
     The simulation knows nothing of the linear model: stable is where its errors do not grow.
     """
-    b, a = stack_filters(draw(config.screen, np.random.default_rng(config.seed)))
+    drawn = stack(draw(config.screen, np.random.default_rng(config.seed)), options.period)
     start = time.perf_counter()
-    growth = growth_rates(spectral_radii(plant, theta2, b, a, options), options.period)
+    growth = growth_rates(spectral_radii(plant, theta2, drawn, options), options.period)
     seconds = time.perf_counter() - start
     part = slice(0, min(config.screen, COMPARED))
-    rates = simulated_rates(plant, theta2, (b[part], a[part]), options, SIMULATED)
+    rates = simulated_rates(plant, theta2, drawn.chosen(part), options, SIMULATED)
     agree = (growth[part] <= config.slack) == (rates <= config.slack)
     return report.DrawsRow(
         plant=plant.name,

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from flexsim.loop.runs import loop_of
 from flexsim.loop.trajectories import Reference
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -68,7 +68,9 @@ class CLoop:
         reference: Reference,
         filters: Sequence[Any],
     ) -> None:
-        loop, (b, a) = loop_of(plant, reference), stack_filters([filters])
+        loop = loop_of(plant, reference)
+        stacked = stack([filters], loop.period)
+        b, a = stacked.b[0, :, 0, 0], stacked.a[0, :, 0, 0]  # (2, m+1): one section each
         sizes = {"samples": len(loop.tip), "order": b.shape[-1]}
         self.samples = sizes["samples"]
         self._kept: list[Any] = [library]  # as long as C may read them
@@ -81,7 +83,7 @@ class CLoop:
         self._arguments = (
             ctypes.byref(modes),
             ctypes.byref(looped),
-            *(self._numbers(each) for each in (b[0], a[0], self.state)),
+            *(self._numbers(each) for each in (b, a, self.state)),
         )
 
     def __call__(self) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
 from flexsim.linear.loop_poles import LoopOptions, sampled_plant, spectral_radii
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import Distribution
@@ -60,8 +60,8 @@ class NearRest:
             for pose in self.poses:
                 if not len(left):
                     return growth
-                b, a = stack_filters([built[i] for i in left])
-                radii = spectral_radii(plant, pose, b, a, options)
+                drawn = stack([built[i] for i in left], options.period)
+                radii = spectral_radii(plant, pose, drawn, options)
                 growth[left] = np.maximum(growth[left], growth_rates(radii, options.period))
                 left = left[growth[left] <= SLACK]
         return growth

@@ -18,7 +18,9 @@ from scipy.signal import lfilter
 
 from controllers import TUNED
 from flexsim import DivergenceError, ModelError, ParameterError, Parameters
-from flexsim.loop.compiled_loop import Outcome, filter_sample, run_population, stack_filters
+from flexsim.loop.compiled_loop import Outcome, run_population
+from flexsim.loop.control import filter_sample
+from flexsim.loop.controllers import stack
 from flexsim.loop.friction import Friction
 from flexsim.loop.metrics import envelope_half_width, performance_index
 from flexsim.loop.runs import closed_loop, drive, evaluate, loop_of
@@ -93,23 +95,25 @@ def test_filter_sample_is_lfilter_for_every_stable_filter(
     x = np.random.default_rng(seed).normal(size=60)
     expected = lfilter(taps, denominator, x)
     pair = (taps, denominator)
-    b, a = stack_filters([(pair, pair)])
-    found = run_filter(b[0, 0], a[0, 0], x)
+    stacked = stack([(pair, pair)], 1e-3)
+    found = run_filter(stacked.b[0, 0, 0, 0], stacked.a[0, 0, 0, 0], x)
     np.testing.assert_allclose(found, expected, atol=FILTERING * max(1.0, np.abs(expected).max()))
 
 
 def test_filter_without_denominator_is_a_convolution() -> None:
     x = np.arange(5.0)
-    b, a = stack_filters([((np.array([2.0, -1.0]), np.ones(1)),) * 2])
-    assert run_filter(b[0, 1], a[0, 1], x) == pytest.approx([0.0, 2.0, 3.0, 4.0, 5.0])
+    stacked = stack([((np.array([2.0, -1.0]), np.ones(1)),) * 2], 1e-3)
+    assert run_filter(stacked.b[0, 1, 0, 0], stacked.a[0, 1, 0, 0], x) == pytest.approx(
+        [0.0, 2.0, 3.0, 4.0, 5.0]
+    )
 
 
 def test_filters_of_different_length_are_padded_and_normalised() -> None:
     long = (np.array([2.0, 4.0]), np.array([2.0, 0.0, 1.0]))
-    b, a = stack_filters([(long, (np.array([3.0]), np.array([1.0])))])
-    assert b.shape == a.shape == (1, 2, 3)
-    np.testing.assert_array_equal(b[0], [[1.0, 2.0, 0.0], [3.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(a[0], [[1.0, 0.0, 0.5], [1.0, 0.0, 0.0]])
+    stacked = stack([(long, (np.array([3.0]), np.array([1.0])))], 1e-3)
+    assert stacked.b.shape == stacked.a.shape == (1, 2, 1, 1, 3)
+    np.testing.assert_array_equal(stacked.b[0, :, 0, 0], [[1.0, 2.0, 0.0], [3.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(stacked.a[0, :, 0, 0], [[1.0, 0.0, 0.5], [1.0, 0.0, 0.0]])
 
 
 @pytest.mark.parametrize(
@@ -118,7 +122,7 @@ def test_filters_of_different_length_are_padded_and_normalised() -> None:
 def test_filter_that_cannot_be_used_is_an_error_naming_it(bad: tuple[list, list]) -> None:
     good = (np.ones(1), np.ones(1))
     with pytest.raises(ParameterError, match="filter 2 of controller 1 "):
-        stack_filters([(good, good), (good, (np.array(bad[0]), np.array(bad[1])))])
+        stack([(good, good), (good, (np.array(bad[0]), np.array(bad[1])))], 1e-3)
 
 
 # --- the compiled loop against a slow one -------------------------------------------------------
@@ -247,7 +251,7 @@ def test_pushed_tip_enters_the_second_error_with_its_sign_changed(
     assert v > 0.001  # [m] a positive first coordinate pushes the tip to positive v
     for v_gain in (-1.0, 1.0, 0.0):
         loop = loop_of(plant, short, v_gain=v_gain)
-        friction, filters = setting("none").friction.numbers(), stack_filters([P_CONTROL])
+        friction, filters = setting("none").friction.numbers(), stack([P_CONTROL], 1e-3)
         outcome = run_population(plant, friction, loop, filters, initial, stride=1)
         expected = short.joint[0, 1] - (initial[1] + v_gain * math.atan(v / PARAMETERS.reach))
         assert outcome.errors[0, 0] == pytest.approx([0.0, expected], abs=1e-15)

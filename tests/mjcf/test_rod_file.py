@@ -11,7 +11,7 @@ from flexsim import ModelError, ParameterError, Parameters
 from flexsim.linear.growth import loop_options
 from flexsim.linear.linearise import linearise
 from flexsim.linear.loop_poles import LoopOptions, linear_loop
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
@@ -140,8 +140,7 @@ def test_the_linear_rod_has_the_rods_frequencies() -> None:
 def test_the_linear_loop_grows_as_the_rods_simulation_does() -> None:
     plant = RodPlant.designed(Parameters())
     options: LoopOptions = loop_options(setting("none").friction, 1e-3, "stepped", None)
-    b, a = stack_filters([TUNED["circle"].filters(1e-3)])
-    loop = linear_loop(plant, 1.55, b, a, options)
+    loop = linear_loop(plant, 1.55, stack([TUNED["circle"]], 1e-3), options)
     simulated = simulated_growth(plant, loop, options)
     assert simulated == pytest.approx(loop.growth_rate, abs=GROWTH)
     assert loop.growth_rate > 0.5  # it does grow: a rod damps its highest modes less than a chain

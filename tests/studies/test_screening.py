@@ -11,7 +11,7 @@ from controllers import TUNED
 from flexsim import ParameterError, setting
 from flexsim.linear.growth import SLACK, extreme_poses, loop_options
 from flexsim.linear.loop_poles import linear_loop
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.controllers import stack
 from studies.main import main
 from studies.screening.report import ScreeningResult, median_to_target, verdict
 from studies.screening.screening import Course, ScreeningConfig, row
@@ -106,8 +106,8 @@ def test_growth_is_the_linear_loops(circle):
     plant, chosen = problem.scenarios[0]
     options = loop_options(chosen.friction, tuning.period)
     assert (options.torque_gain, options.hold) == ((0.2585, 1.0231), "stepped")  # slope of (47)
-    b, a = stack_filters([controller.filters(1e-3)])
-    loops = [linear_loop(plant, x, b, a, options) for x in extreme_poses(problem.reference)]
+    stacked = stack([controller], 1e-3)
+    loops = [linear_loop(plant, x, stacked, options) for x in extreme_poses(problem.reference)]
     expected = max(loop.spectral_radius for loop in loops)
     found = math.exp(sampler.growth(np.ravel(halves)[None])[0] * tuning.period)
     assert found == pytest.approx(expected, rel=SAME_POLES)

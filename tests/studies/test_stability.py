@@ -19,14 +19,15 @@ from flexsim.linear.loop_poles import (
     LinearLoop,
     LoopOptions,
     SampledPlant,
-    filter_matrices,
     linear_loop,
     small_signal,
     spectral_radii,
 )
 from flexsim.linear.margins import margins
-from flexsim.loop.compiled_loop import stack_filters
+from flexsim.loop.control import Controllers
+from flexsim.loop.controllers import stack
 from flexsim.loop.friction import Friction
+from flexsim.loop.linear_kinds import filter_space
 from flexsim.plants.base import Plant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.main import main
@@ -47,7 +48,7 @@ AGREEMENT = 0.97  # share of draws; measured: 0.992 on both plants
 FILTERING = 1e-10  # relative to the largest output
 
 
-def around_stability(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def around_stability(count: int, seed: int) -> Controllers:
     """Filters of random fractional PIDs, about a fifth of them stable."""
     rng = np.random.default_rng(seed)
     pairs = []
@@ -58,20 +59,18 @@ def around_stability(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
             gains = Gains.from_milliseconds(gain, nu, 1.0, 0.1 * rng.standard_normal(), 0.1)
             halves.append(fractional_pid(gains, PERIOD))
         pairs.append(tuple(halves))
-    return stack_filters(pairs)
+    return stack(pairs, PERIOD)
 
 
 def tuned_loop(plant: Plant, name: str, options: LoopOptions = AS_SIMULATED) -> LinearLoop:
-    return linear_loop(plant, POSE, *stack_filters([TRIAL[name].filters(PERIOD)]), options)
+    return linear_loop(plant, POSE, stack([TRIAL[name]], PERIOD), options)
 
 
 def integrators(gain: float) -> LinearLoop:
     """Two uncoupled sampled integrators, T/(z - 1), under proportional control."""
     linear = linearise(AssumedModesPlant())
-    sampled = SampledPlant(np.eye(2), PERIOD * np.eye(2), np.eye(2), PERIOD, linear)
-    b, a = np.zeros((2, 2, 2))
-    b[:, 0], a[:, 0] = gain, 1.0
-    return LinearLoop(sampled, b, a)
+    sampled = SampledPlant(np.eye(2), PERIOD * np.eye(2), -np.eye(3, 2), PERIOD, linear)
+    return LinearLoop(sampled, stack([(([gain, 0.0], [1.0]),) * 2], PERIOD))
 
 
 @pytest.mark.parametrize("gain", [20.0, 700.0, 1900.0])
@@ -89,7 +88,9 @@ def test_margins_of_a_sampled_integrator(gain: float, joint: int) -> None:
 def test_the_phase_margin_of_an_unstable_loop_is_negative(gain: float) -> None:
     """L = k T/(z (z - 1)), a period late: pi/2 - 3/2 of the crossing, below 0 for k T > 1."""
     plain = integrators(gain)
-    late = LinearLoop(plain.sampled, plain.b[:, ::-1].copy(), plain.a)
+    late = LinearLoop(
+        plain.sampled, plain.controllers._replace(b=plain.controllers.b[..., ::-1].copy())
+    )
     crossing = 2 * math.asin(gain * PERIOD / 2)
     found = margins(late, 0).phase
     assert found == pytest.approx(math.pi / 2 - 1.5 * crossing, rel=CLOSED_FORM)
@@ -108,9 +109,9 @@ def test_a_pole_lies_on_the_circle_at_the_gain_margins(plant: Plant, joint: int)
     found = margins(loop, joint)
     assert 0 < found.gain_low < 1 < found.gain_high
     for factor in (found.gain_low, found.gain_high):
-        scaled = loop.b.copy()
-        scaled[joint] *= factor
-        moduli = np.abs(LinearLoop(loop.sampled, scaled, loop.a).poles)
+        scaled = loop.controllers.b.copy()
+        scaled[0, joint] *= factor
+        moduli = np.abs(LinearLoop(loop.sampled, loop.controllers._replace(b=scaled)).poles)
         assert np.abs(moduli - 1).min() < ON_CIRCLE
 
 
@@ -127,31 +128,27 @@ def test_closing_a_broken_loop_gives_the_closed_one(plant: Plant, joint: int) ->
     st.integers(0, 1000),
 )
 def test_filters_as_state_space_filter_alike(b: list[float], tail: list[float], seed: int) -> None:
-    stacked = stack_filters([((np.array(b), np.array([1.0, *tail])),) * 2])
-    A, B, C, D = (part[0, 0] if part.ndim > 1 else part for part in filter_matrices(*stacked))
+    width = max(len(b), len(tail) + 1)
+    padded = np.zeros((2, width))
+    padded[0, : len(b)], padded[1, : len(tail) + 1] = b, [1.0, *tail]
+    A, B, C, D = filter_space(*padded)
     x = np.random.default_rng(seed).standard_normal(30)
     state, out = np.zeros(len(A)), []
     for each in x:
-        out.append(C @ state + D[0] * each if np.ndim(D) else C @ state + D * each)
+        out.append(C @ state + D * each)
         state = A @ state + B * each
     expected = lfilter(b, [1.0, *tail], x)
     assert out == pytest.approx(expected, abs=FILTERING * max(1.0, np.abs(expected).max()))
 
 
 def test_population_and_single_loop_agree(plant: Plant) -> None:
-    b, a = around_stability(8, seed=1)
-    one = [linear_loop(plant, POSE, b[i], a[i]).spectral_radius for i in range(8)]
-    assert spectral_radii(plant, POSE, b, a) == pytest.approx(one, rel=CLOSED_FORM)
-    several = spectral_radii(plant, [0.5, POSE, 2.0], b, a)
-    each = [spectral_radii(plant, pose, b, a) for pose in (0.5, POSE, 2.0)]
+    drawn = around_stability(8, seed=1)
+    alone = [drawn.chosen(slice(i, i + 1)) for i in range(8)]
+    one = [linear_loop(plant, POSE, each).spectral_radius for each in alone]
+    assert spectral_radii(plant, POSE, drawn) == pytest.approx(one, rel=CLOSED_FORM)
+    several = spectral_radii(plant, [0.5, POSE, 2.0], drawn)
+    each = [spectral_radii(plant, pose, drawn) for pose in (0.5, POSE, 2.0)]
     assert several == pytest.approx(np.max(each, axis=0))
-
-
-def test_what_is_not_finite_is_unstable(modes_plant: AssumedModesPlant) -> None:
-    b, a = around_stability(3, seed=1)
-    b[1, 0, 0] = np.inf
-    radii = spectral_radii(modes_plant, POSE, b, a)
-    assert np.isinf(radii).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("name", list(TRIAL))
@@ -164,7 +161,7 @@ def test_growth_rate_is_that_of_the_simulation(plant: Plant, name: str) -> None:
 
 def test_growth_rate_can_be_read_off_the_motion(plant: Plant) -> None:
     loop = tuned_loop(plant, "two-loop")
-    _, _, errors = simulated_errors(plant, POSE, (loop.b[None], loop.a[None]), AS_SIMULATED, 2500)
+    _, _, errors = simulated_errors(plant, POSE, loop.controllers, AS_SIMULATED, 2500)
     window = round(2 * np.pi / np.angle(loop.poles[0]))  # one swing
     peaks = np.abs(errors[0, :, 1][: 2500 // window * window]).reshape(-1, window).max(axis=1)
     late = np.log(peaks[len(peaks) // 2 :])
@@ -174,9 +171,9 @@ def test_growth_rate_can_be_read_off_the_motion(plant: Plant) -> None:
 
 def agreement(plant: Plant, options: LoopOptions) -> tuple[float, float]:
     """Share of draws that both call stable or both unstable, and share of stable ones."""
-    b, a = around_stability(DRAWS, seed=3)
-    growth = growth_rates(spectral_radii(plant, POSE, b, a, options), PERIOD)
-    rates = simulated_rates(plant, POSE, (b, a), AS_SIMULATED, SAMPLES)
+    drawn = around_stability(DRAWS, seed=3)
+    growth = growth_rates(spectral_radii(plant, POSE, drawn, options), PERIOD)
+    rates = simulated_rates(plant, POSE, drawn, AS_SIMULATED, SAMPLES)
     stable = growth <= SLACK
     return float(np.mean(stable == (rates <= SLACK))), float(np.mean(rates <= SLACK))
 
@@ -214,7 +211,7 @@ def test_small_signal_friction() -> None:
 
 def test_a_textbook_pd_of_both_joints_is_stable(plant: Plant) -> None:
     pair = (textbook_pid(50.0, 0.0, 8.0, PERIOD), textbook_pid(1.0, 0.0, 0.1, PERIOD))
-    assert spectral_radii(plant, POSE, *stack_filters([pair]), AS_SIMULATED)[0] < 1
+    assert spectral_radii(plant, POSE, stack([pair], PERIOD), AS_SIMULATED)[0] < 1
 
 
 def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant) -> None:
@@ -271,9 +268,8 @@ def test_a_wrong_option_is_one_line_and_leaves_nothing(
 
 
 def test_loops_that_cannot_be_built_are_refused(modes_plant: AssumedModesPlant) -> None:
-    b, a = around_stability(2, seed=1)
-    with pytest.raises(ParameterError, match="one controller"):
-        linear_loop(modes_plant, POSE, b, a)
+    with pytest.raises(ParameterError, match="2 controllers are given"):
+        linear_loop(modes_plant, POSE, around_stability(2, seed=1))
     with pytest.raises(ParameterError, match="joint"):
         margins(tuned_loop(modes_plant, "line"), 2)
     with pytest.raises(ParameterError, match="torque gain"):
