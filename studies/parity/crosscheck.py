@@ -30,8 +30,8 @@ from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
 from studies.core.table import Column, Table, items
 from studies.core.text import spelled
-from studies.parity.modes import compared, source_of
 from studies.parity.motions import AMPLITUDES, BRISK, DURATION, GENTLE, POSE, fitting_torque
+from studies.parity.side_by_side import compared, source_of
 
 CLAMPED_LIMIT = 1e-9  # relative: the design tunes these to rounding
 CHAIN_ENERGY_LIMIT = 1e-6  # relative drift over 2 s; RK4 at 1 ms damps the highest modes

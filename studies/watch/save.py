@@ -25,8 +25,8 @@ from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import vibration
 from flexsim.robot import Robot
-from studies.parity.modes import ModesResult, compared
 from studies.parity.motions import AMPLITUDES, POSE, fitting_torque
+from studies.parity.side_by_side import ModesResult, compared
 
 SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
 

@@ -10,7 +10,7 @@ from edits import DEFAULT, EDITS
 
 from flexsim.robot import Robot
 from studies.parity.crosscheck import DEFAULT_LIMITS, driven_checks
-from studies.parity.modes import compared
+from studies.parity.side_by_side import compared
 
 README = (Path(__file__).parents[2] / "models" / "README.md").read_text()
 WORDS = {  # of the row's first cell

@@ -1,0 +1,1 @@
+"""Which beam a file stands for."""
