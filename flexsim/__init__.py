@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from flexsim.loop.friction import Friction
     from flexsim.loop.metrics import envelope_half_width, measures, performance_index
     from flexsim.loop.motion import Motion
-    from flexsim.loop.runs import closed_loop, drive, evaluate
+    from flexsim.loop.runs import closed_loop, drive, evaluate, measure
     from flexsim.loop.settings import SETTINGS, Setting, setting
     from flexsim.loop.trajectories import TRAJECTORIES, Reference, Trajectory, reference, trajectory
     from flexsim.mjcf.chain_file import load_chain
@@ -56,6 +56,7 @@ _HOMES = {  # name: the module that it is loaded from, as above
     "closed_loop": "loop.runs",
     "drive": "loop.runs",
     "evaluate": "loop.runs",
+    "measure": "loop.runs",
     "SETTINGS": "loop.settings",
     "Setting": "loop.settings",
     "setting": "loop.settings",
@@ -100,6 +101,7 @@ __all__ = [  # the type checker wants them written out
     "errors",
     "evaluate",
     "load_chain",
+    "measure",
     "measures",
     "model_path",
     "performance_index",

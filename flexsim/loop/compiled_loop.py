@@ -19,6 +19,14 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.loop.control import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
+from flexsim.loop.measuring import (
+    NO_YARDSTICK,
+    SUMS,
+    WAITING_MOST,
+    Yardstick,
+    add_sample,
+    settle,
+)
 from flexsim.numerics.jit import jit, jit_parallel
 from flexsim.numerics.types import Array
 from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
@@ -63,6 +71,7 @@ class Outcome(NamedTuple):
         diverged: (P,) time of divergence [s], nan where none.
         states: (P, R, 2 m), torques, errors: (P, R, 2) at every stride-th sample, R = 0 unless
             recorded; nan after divergence.
+        sums: (P, SUMS) of `flexsim.loop.measuring`; (P, 0) unless measured.
     """
 
     indices: Array
@@ -70,6 +79,7 @@ class Outcome(NamedTuple):
     states: Array
     torques: Array
     errors: Array
+    sums: Array
 
 
 @jit
@@ -90,12 +100,19 @@ def has_left(loop: Loop, state: Array, k: int, v: float) -> bool:
 
 
 @jit
-def squared_error(loop: Loop, state: Array, k: int, along: float, v: float) -> float:
-    """Return the integrand of the performance index (5) at sample k [m2]."""
+def tip_of(loop: Loop, state: Array, along: float, v: float):  # type: ignore[no-untyped-def]
+    """Return the tip's position (x, y) [m]."""
     th1, th12 = state[0], state[0] + state[1]
     s, c = np.sin(th12), np.cos(th12)
-    dx = loop.L_R * np.cos(th1) + along * c - v * s - loop.tip[k, 0]
-    dy = loop.L_R * np.sin(th1) + along * s + v * c - loop.tip[k, 1]
+    return (
+        loop.L_R * np.cos(th1) + along * c - v * s,
+        loop.L_R * np.sin(th1) + along * s + v * c,
+    )
+
+
+@jit
+def squared_error(loop: Loop, k: int, dx: float, dy: float, v: float) -> float:
+    """Return the integrand of the performance index (5) at sample k [m2], dx, dy off the path."""
     t = k * loop.period
     w = loop.weights
     return w[0] * dx * dx + w[1] * dy * dy + w[2] * t * t * (v * v) * (v * v)  # (5)
@@ -111,20 +128,24 @@ def run_one(  # type: ignore[no-untyped-def]
     i,
     state,
     stride,
+    yard: Yardstick,
     states,
     torques,
     errors,
+    sums,
+    waiting,
 ):
     """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
 
     Args:
         controllers, i: of all runs, and which of them is this run's.
         stride: record every stride-th sample into states, torques, errors; 0 records nothing.
+        yard: what is measured into sums, points still waiting; nothing if it has no points.
     """
     m = state.shape[0] // 2
     work = work_space(m)
     z = np.zeros(controllers.b.shape[1:])
-    x = np.zeros((2, controllers.A.shape[1]))
+    inner = np.zeros((2, controllers.A.shape[1]))
     samples = loop.tip.shape[0]
     index = 0.0
     for k in range(samples):
@@ -132,10 +153,12 @@ def run_one(  # type: ignore[no-untyped-def]
         if has_left(loop, state, k, v):
             return np.inf, k * loop.period
         edge = 0.5 if k == 0 or k == samples - 1 else 1.0  # trapezoidal rule
-        index += edge * loop.period * squared_error(loop, state, k, along, v)
+        x, y = tip_of(loop, state, along, v)
+        dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
+        index += edge * loop.period * squared_error(loop, k, dx, dy, v)
         e1 = loop.joint[k, 0] - state[0]
         e2 = loop.joint[k, 1] - (state[1] + loop.v_gain * np.arctan(v / loop.reach))
-        u1, u2 = control_sample(controllers, i, z, x, e1, e2, v)
+        u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v)
         if loop.torque.shape[0] > 0:
             u1, u2 = u1 + loop.torque[k, 0], u2 + loop.torque[k, 1]
         if stride > 0 and k % stride == 0:
@@ -143,6 +166,8 @@ def run_one(  # type: ignore[no-untyped-def]
             states[row, :] = state
             torques[row, 0], torques[row, 1] = u1, u2
             errors[row, 0], errors[row, 1] = e1, e2
+        if yard.points.shape[0] > 0:
+            add_sample(yard, sums, waiting, k, x, y, dx * dx + dy * dy, v, u1, u2)
         if k == samples - 1:
             break
         if not (np.isfinite(u1) and np.isfinite(u2)):
@@ -157,10 +182,23 @@ def run_one(  # type: ignore[no-untyped-def]
 
 @jit_parallel
 def _run_all(  # type: ignore[no-untyped-def]
-    plant, friction, loop, controllers, initial, stride, index, diverged, states, torques, errors
+    plant,
+    friction,
+    loop,
+    controllers,
+    initial,
+    stride,
+    yard,
+    index,
+    diverged,
+    states,
+    torques,
+    errors,
+    sums,
 ):
     """Fill the outcome arrays, one individual per iteration of the threaded loop."""
     for i in numba.prange(controllers.b.shape[0]):
+        waiting = np.empty((WAITING_MOST, 4))
         index[i], diverged[i] = run_one(
             plant,
             get_thread_id(),
@@ -170,10 +208,15 @@ def _run_all(  # type: ignore[no-untyped-def]
             i,
             initial.copy(),
             stride,
+            yard,
             states[i],
             torques[i],
             errors[i],
+            sums[i],
+            waiting,
         )
+        if yard.points.shape[0] > 0:
+            settle(yard, sums[i], waiting)
 
 
 def run_population(
@@ -184,6 +227,7 @@ def run_population(
     initial: Array,
     stride: int = 0,
     threads: int | None = None,
+    yard: Yardstick = NO_YARDSTICK,
 ) -> Outcome:
     """Return the outcome of every controller on one plant.
 
@@ -194,6 +238,7 @@ def run_population(
         initial: (2 m,) state at t = 0.
         stride: record every stride-th sample; 0 records nothing.
         threads: number of threads; None for all that numba has.
+        yard: what runs are measured against; nothing is unless it is given.
     """
     if stride < 0:
         raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
@@ -205,6 +250,7 @@ def run_population(
         np.full((runs, rows, len(initial)), np.nan),
         np.full((runs, rows, 2), np.nan),
         np.full((runs, rows, 2), np.nan),
+        np.zeros((runs, SUMS if len(yard.points) else 0)),
     )
     available = numba.get_num_threads()
     wanted = available if threads is None else threads
@@ -216,7 +262,7 @@ def run_population(
             plant.running(THREADS_MOST) as coefficients,
             numba.parallel_chunksize(1),
         ):
-            _run_all(coefficients, friction, loop, controllers, initial, stride, *outcome)
+            _run_all(coefficients, friction, loop, controllers, initial, stride, yard, *outcome)
     finally:
         numba.set_num_threads(available)
     return outcome

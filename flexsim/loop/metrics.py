@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from flexsim.loop.measuring import growth_rate, hold_samples
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
+from flexsim.numerics.types import Array
 
 WEIGHTS = (1.0, 1.0, 1.0)  # of x, y and v in the index (5), unless told otherwise
 
@@ -50,6 +52,10 @@ def performance_index(motion: Motion, weights: ArrayLike = WEIGHTS) -> float:
     return float(np.trapezoid(integrand, motion.time))
 
 
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
 def measures(motion: Motion, reference: Reference, hold: float = 0.0) -> dict[str, Any]:
     """Return the figures of merit of a motion, in SI units.
 
@@ -58,24 +64,41 @@ def measures(motion: Motion, reference: Reference, hold: float = 0.0) -> dict[st
         hold: length of the hold at the end [s], over which residual v is taken.
 
     Returns:
-        envelope, max_error, rms_error (simultaneous tip error), max_v, residual_v, peak_torque_1,
-        peak_torque_2, index, diverged (bool), diverged_at ([s] or None). A diverged motion's
-        numbers describe its part before divergence, except the index, which is inf.
+        envelope, max_error, rms_error (simultaneous tip error), max_v, residual_v, growth (rate at
+        which v's rms grows from the first half of the hold to the second [1/s], above 0 where a
+        run still grows at its end, None without a hold or motion), index, diverged (bool),
+        diverged_at ([s] or None); of the torques that the controllers command: effort (integral
+        of tau'tau [N2 m2 s], each held until the next sample), and for joints 1 and 2
+        peak_torque_1, rms_torque_1 [N m], variation_1 (sum of the changes' sizes [N m]) and so
+        on. A diverged motion's numbers describe its part before divergence, except the index,
+        which is inf.
     """
     if len(motion.time) == 0:
         return {"diverged": True, "diverged_at": motion.diverged, "index": float("inf")}
     error = np.linalg.norm(motion.tip - motion.reference_tip, axis=1)
-    holding = motion.time >= reference.time[-1] - hold - 1e-12
+    start, middle = hold_samples(reference.time, hold)
     finished = motion.diverged is None
-    peak = np.abs(motion.torque).max(axis=0)
+    held = finished and hold > 0
+    period = float(reference.time[1] - reference.time[0])
+    torque = motion.torque
+    with np.errstate(over="ignore", invalid="ignore"):  # a runaway's
+        effort = period * float(np.sum(torque[:-1] ** 2))
+        by_joint = {
+            "peak_torque": np.abs(torque).max(axis=0),
+            "rms_torque": np.sqrt(np.mean(torque**2, axis=0)),
+            "variation": np.abs(np.diff(torque, axis=0)).sum(axis=0),
+        }
     return {
         "envelope": envelope_half_width(motion.tip, reference.tip),
         "max_error": float(error.max()),
         "rms_error": float(np.sqrt(np.mean(error**2))),
         "max_v": float(np.abs(motion.v).max()),
-        "residual_v": float(np.abs(motion.v[holding]).max()) if finished and hold > 0 else None,
-        "peak_torque_1": float(peak[0]),
-        "peak_torque_2": float(peak[1]),
+        "residual_v": float(np.abs(motion.v[start:]).max()) if held else None,
+        "growth": growth_rate(_rms(motion.v[start:middle]), _rms(motion.v[middle:]), hold)
+        if held
+        else None,
+        "effort": effort,
+        **{f"{name}_{j + 1}": float(each[j]) for name, each in by_joint.items() for j in (0, 1)},
         "index": performance_index(motion),
         "diverged": not finished,
         "diverged_at": motion.diverged,

@@ -1,5 +1,6 @@
 """Runs in the words of a study: plant, setting, trajectory, controllers in; motions out.
 
+>>> found, = measure(plant, setting("simulink"), reference, [controller])
 >>> motion, = closed_loop(plant, setting("simulink"), reference, [controller.filters(1e-3)])
 >>> drive(plant, setting("none"), torque, period=1e-3, theta=(0.0, 1.2))
 """
@@ -17,6 +18,7 @@ from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population
 from flexsim.loop.controllers import stack
 from flexsim.loop.friction import joint_torques
+from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
 from flexsim.loop.settings import V_GAIN, Setting
@@ -94,6 +96,7 @@ def evaluate(
     controllers: Sequence[Any],
     stride: int = 0,
     threads: int | None = None,
+    yard: Yardstick = NO_YARDSTICK,
     **loop_options: Any,
 ) -> Outcome:
     """Return the outcome of every controller, without looking into the motions.
@@ -102,6 +105,7 @@ def evaluate(
         plant, setting, reference: as named; a reference's torque is fed forward.
         controllers: P of any linear kind, see `flexsim.loop.controllers`.
         stride: record every stride-th sample; 0 records nothing. threads: None for all.
+        yard: what runs are measured against, see `measure`.
         loop_options: `v_gain`, `weights` of `loop_of`.
     """
     loop = loop_of(plant, reference, **loop_options)
@@ -113,7 +117,33 @@ def evaluate(
         plant.rest_state(reference.joint[0]),
         stride,
         threads,
+        yard,
     )
+
+
+def measure(
+    plant: Plant,
+    setting: Setting,
+    reference: Reference,
+    controllers: Sequence[Any],
+    hold: float = 0.0,
+    **options: Any,
+) -> list[dict[str, Any]]:
+    """Return the figures of merit of every controller, from rest on the reference.
+
+    Those of `flexsim.loop.metrics.measures`, computed while the runs go on: no motion is kept.
+
+    Args:
+        plant, setting, reference, controllers: as in `evaluate`.
+        hold: length of the hold at the reference's end [s], over which v is looked at.
+        options: `threads`, and `v_gain`, `weights` of `loop_of`.
+    """
+    yard = yardstick(reference, hold)
+    found = evaluate(plant, setting, reference, controllers, yard=yard, **options)
+    return [
+        figures(sums, index, diverged, reference, hold)
+        for sums, index, diverged in zip(found.sums, found.indices, found.diverged, strict=True)
+    ]
 
 
 def closed_loop(

@@ -23,9 +23,9 @@ from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller
 from flexsim.arm.parameters import Parameters
-from flexsim.loop.metrics import measures, rms_distance
+from flexsim.loop.metrics import rms_distance
 from flexsim.loop.motion import Motion
-from flexsim.loop.runs import closed_loop
+from flexsim.loop.runs import closed_loop, measure
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
 from flexsim.numerics.clocks import PERIOD, whole_substeps
@@ -159,9 +159,8 @@ def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[CompareRo
     motion = closed_loop(plant, chosen, ref, [nominal], RECORDED_EVERY, threads=config.threads)[0]
     rng = np.random.default_rng(config.seed)
     controllers = perturbed(task.controller, config.perturbations, rng)
-    filters = [controller.filters(config.period) for controller in controllers]
-    motions = closed_loop(plant, chosen, ref, filters, energy=False, threads=config.threads)
-    figures = [measures(each, ref, task.trajectory.hold) for each in motions]
+    hold = task.trajectory.hold
+    figures = measure(plant, chosen, ref, controllers, hold, threads=config.threads)
     simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
     hidden = dead_zone_error(nominal, chosen.friction)[1] * plant.parameters.reach
     row = CompareRow(

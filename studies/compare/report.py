@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from studies.core.table import Column, Table, value
 OURS, TABLE_2, TRUE_TIP = "ours", "Table 2", "true tip"  # groups of cases
 TITLES = {OURS: "Our controllers", TABLE_2: "The paper's Table 2"}
 MEDIANS = "Medians over runs whose gains differ in their fourth digits; quartiles in results.csv."
+EFFORT = "Torques: rms of each, total variation of both [N m]; growth of v in the hold [1/s]"
 COARSE = 0.1  # [m] from which on no decimals are shown
 
 
@@ -33,6 +34,21 @@ def _length(key: str, heading: str | None = None, digits: int = 1) -> Column:
     return Column(key, heading, form=lambda row: _mm(value(row, key), digits))
 
 
+def _number(found: float | None, form: str) -> str:
+    return "-" if found is None else format(found, form)
+
+
+def _plain(name: str, form: str) -> Callable[[CompareRow], str]:
+    """Return how a figure is shown that a case may not have."""
+    return lambda row: _number(getattr(row.found, name), form)
+
+
+def _variation(row: CompareRow) -> str:
+    """Return the total variation of both joints' torques [N m]."""
+    joints = (row.found.variation_1, row.found.variation_2)
+    return "-" if None in joints else f"{sum(each or 0.0 for each in joints):.0f}"
+
+
 def _paper(row: CompareRow) -> str:
     return f"{_mm(row.paper_simulation)} | {_mm(row.paper_laboratory)}"
 
@@ -43,6 +59,13 @@ COLUMNS = (
     Column("paper", "paper sim | lab", form=_paper, once=True),
     _length("rms_error"),
     _length("max_v", "max |v|"),
+)
+EFFORT_COLUMNS = (
+    Column("case", "trajectory", once=True),
+    Column("rms_torque_1", "rms torque 1", form=_plain("rms_torque_1", ".2f")),
+    Column("rms_torque_2", "rms torque 2", form=_plain("rms_torque_2", ".3f")),
+    Column("variation", "variation", form=_variation),
+    Column("growth", form=_plain("growth", "+.1f")),
 )
 TRUE_TIP_COLUMNS = (
     Column("reference", "trajectory, setting; reference", form="", once=True),
@@ -69,6 +92,8 @@ def tables(result: Comparison) -> list[Table]:
         note = f" {group_verdict(mine)}\n"
         line = ("trajectory", "controllers")
         shown.append(Table(mine, COLUMNS, title, note, line=line))
+        if group == OURS:
+            shown.append(Table(mine, EFFORT_COLUMNS, EFFORT, "\n", line=line))
     return [*shown, _true_tip(result.rows)]
 
 

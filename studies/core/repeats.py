@@ -1,7 +1,7 @@
 """Repeats of a run: the same controller with its gains' fourth digits changed, and their medians.
 
 >>> controllers = perturbed(TUNED["line"], 20, np.random.default_rng(1))
->>> medians([measures(motion, reference) for motion in motions]).envelope      # [m]
+>>> medians(measure(plant, setting("none"), reference, controllers)).envelope      # [m]
 """
 
 from __future__ import annotations
@@ -52,6 +52,19 @@ class Medians:
     diverged: bool
     diverged_share: float
     diverged_at: float | None
+    growth: float | None = None
+    effort: float | None = None
+    peak_torque_1: float | None = None
+    peak_torque_2: float | None = None
+    rms_torque_1: float | None = None
+    rms_torque_2: float | None = None
+    variation_1: float | None = None
+    variation_2: float | None = None
+
+
+TORQUES = tuple(
+    f"{name}_{j}" for name in ("peak_torque", "rms_torque", "variation") for j in (1, 2)
+)
 
 
 def medians(figures: Sequence[dict[str, Any]]) -> Medians:
@@ -59,7 +72,7 @@ def medians(figures: Sequence[dict[str, Any]]) -> Medians:
     kept = [each for each in figures if not each["diverged"]]
 
     def part(name: str, percent: float = 50.0) -> float | None:
-        known = [each[name] for each in kept if each[name] is not None]
+        known = [each[name] for each in kept if each.get(name) is not None]
         return float(np.percentile(known, percent)) if known else None
 
     times = [each["diverged_at"] for each in figures if each["diverged"]]
@@ -76,4 +89,7 @@ def medians(figures: Sequence[dict[str, Any]]) -> Medians:
         diverged=bool(times),
         diverged_share=len(times) / len(figures),
         diverged_at=float(min(times)) if times else None,
+        growth=part("growth"),
+        effort=part("effort"),
+        **{name: part(name) for name in TORQUES},
     )

@@ -29,8 +29,8 @@ from controllers import TUNED
 from flexsim.arm.beam import MODES
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.errors import DivergenceError
-from flexsim.loop.metrics import measures, rms_distance
-from flexsim.loop.runs import closed_loop, drive, evaluate, thread_count
+from flexsim.loop.metrics import rms_distance
+from flexsim.loop.runs import drive, evaluate, measure, thread_count
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
@@ -151,10 +151,9 @@ def tracking(plant: Plant, threads: int | None, shaken: int) -> Tracking:
     """Return how one controller tracks, beside `shaken` copies with other fourth digits."""
     ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
     every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
-    filters = [each.filters(PERIOD) for each in every]
-    motions = closed_loop(plant, setting(READING), ref, filters, energy=False, threads=threads)
-    widths = [measures(each, ref)["envelope"] for each in motions if each.diverged is None]
-    lost = motions[0].diverged
+    found = measure(plant, setting(READING), ref, every, threads=threads)
+    widths = [each["envelope"] for each in found if not each["diverged"]]
+    lost = found[0]["diverged_at"]
     first = widths[0] if lost is None else None
     return Tracking(first, lost, min(widths, default=None), max(widths, default=None))
 

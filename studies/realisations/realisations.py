@@ -21,8 +21,7 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TUNED, Controller, ControllerError, Gains, operator
-from flexsim.loop.metrics import envelope_half_width
-from flexsim.loop.runs import evaluate
+from flexsim.loop.runs import measure
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
@@ -45,7 +44,6 @@ LENGTHS = {  # terms tried: series need many, fractions round away when PIDs hav
 QUICK_LENGTHS = (5, 10)
 QUICK_SHAPES = ("circle",)
 READING = DEFAULT_SETTING
-SEEN_EVERY = 2  # samples, for the envelope
 RETUNED_TERMS = {  # one length of each is tuned anew
     "tustin": 10,
     "gruenwald-letnikov": 10,
@@ -93,16 +91,15 @@ def loop_row(
     except ControllerError as error:
         return replace(row, refused=str(error))
     ref = reference(trajectory(shape), plant.parameters, PERIOD)
-    outcome = evaluate(plant, setting(READING), ref, filters, SEEN_EVERY, threads)
-    bounded = np.isnan(outcome.diverged)
+    found = measure(plant, setting(READING), ref, filters, threads=threads)
+    bounded = [not each["diverged"] for each in found]
     widths = [
-        envelope_half_width(plant.observe(states, energy=False).tip, ref.tip) if held else np.inf
-        for states, held in zip(outcome.states, bounded, strict=True)
+        each["envelope"] if held else np.inf for each, held in zip(found, bounded, strict=True)
     ]
     return replace(
         row,
-        bounded_share=float(bounded.mean()),
-        index=float(np.median(outcome.indices)),
+        bounded_share=float(np.mean(bounded)),
+        index=float(np.median([each["index"] for each in found])),
         envelope=float(np.median(widths)),
     )
 

@@ -22,8 +22,7 @@ from rich.progress import Progress
 from controllers import TABLE_2
 from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.controllers import stack
-from flexsim.loop.metrics import envelope_half_width
-from flexsim.loop.runs import evaluate, loop_of
+from flexsim.loop.runs import loop_of, measure
 from flexsim.loop.trajectories import reference
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -42,7 +41,6 @@ FIGURES = {  # of the paper: trajectory, column of Table 2, entry of Table 3
     "5": ("circle", "figure-5", "circle"),
     "6": ("line", "figure-4", "transfer"),
 }
-SEEN_EVERY = 2  # samples; 500 Hz, envelopes of 60 Hz vibration to 2 %
 HAIRS = (1e-9, 1e-7, 1e-5)  # [rad] by which the joints of two runs differ at the start
 DIRECTIONS, QUICK_DIRECTIONS = 8, 2  # random ones, for each hair
 TIP_APART = 1e-3  # [m] at which two runs count as different
@@ -70,29 +68,19 @@ def figure_row(
     ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
     rng = np.random.default_rng(config.seed)
     controllers = perturbed(TABLE_2[column], config.perturbations, rng)
-    outcome = evaluate(
-        plant,
-        variant.setting,
-        ref,
-        [controller.filters(PERIOD) for controller in controllers],
-        SEEN_EVERY,
-        config.threads,
-        v_gain=variant.v_gain,
+    found = measure(
+        plant, variant.setting, ref, controllers, threads=config.threads, v_gain=variant.v_gain
     )
-    bounded = np.isnan(outcome.diverged)
-    widths = [
-        envelope_half_width(plant.observe(states, energy=False).tip, ref.tip)
-        for states in outcome.states[bounded]
-    ]
+    widths = [each["envelope"] for each in found if not each["diverged"]]
+    gone = [each["diverged_at"] for each in found if each["diverged"]]
     quartiles = [float(q) for q in np.percentile(widths, [25, 50, 75])] if widths else [None] * 3
-    gone = outcome.diverged[~bounded]
     return report.FigureRow(
         group=variant.group,
         variant=variant.name,
         figure=figure,
         plant=plant.name,
-        runs=len(bounded),
-        bounded_share=float(bounded.mean()),
+        runs=len(found),
+        bounded_share=len(widths) / len(found),
         envelope=quartiles[1],
         envelope_quartile_1=quartiles[0],
         envelope_quartile_3=quartiles[2],

@@ -19,8 +19,7 @@ from typing import ClassVar
 import numpy as np
 from rich.progress import Progress, TaskID
 
-from flexsim.loop.metrics import measures
-from flexsim.loop.runs import closed_loop
+from flexsim.loop.runs import measure
 from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
@@ -167,8 +166,7 @@ def run_row(
         return RunRow(*names, None, None, None, None, None, None, diverged=True, diverged_at=None)
     chased = trajectory(shape)
     ref = reference(chased, plant.parameters, each.tuning.period)
-    motions = closed_loop(plant, chosen, ref, filters, energy=False, threads=config.threads)
-    nominal, *perturbed = (measures(motion, ref, chased.hold) for motion in motions)
+    nominal, *perturbed = measure(plant, chosen, ref, filters, chased.hold, threads=config.threads)
     found = medians(perturbed)
     lost = found.diverged
     return RunRow(

@@ -15,6 +15,7 @@ import numpy as np
 
 from controllers import TUNED, Controller
 from flexsim.arm.parameters import Parameters
+from flexsim.loop.measuring import NO_YARDSTICK, yardstick
 from flexsim.loop.runs import evaluate
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
@@ -55,13 +56,24 @@ def started(robot: Parameters, seconds: float) -> Reference:
     return Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
 
 
-def closed_loop_run(plant: Plant, population: int, seconds: float, threads: int | None = 1) -> Run:
-    """Return a function that runs the closed loop and gives simulated milliseconds."""
+def closed_loop_run(
+    plant: Plant,
+    population: int,
+    seconds: float,
+    threads: int | None = 1,
+    measured: bool = False,
+) -> Run:
+    """Return a function that runs the closed loop and gives simulated milliseconds.
+
+    Args:
+        measured: whether figures of merit are taken, too, over a hold of half the time.
+    """
     ref = started(plant.parameters, seconds)
     filters = [TUNED[TASK].filters(PERIOD)] * population
+    yard = yardstick(ref, seconds / 2) if measured else NO_YARDSTICK
 
     def once() -> float:
-        outcome = evaluate(plant, setting(IDEAL), ref, filters, threads=threads)
+        outcome = evaluate(plant, setting(IDEAL), ref, filters, threads=threads, yard=yard)
         assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
         return 1e3 * ref.time[-1] * population
 

@@ -16,6 +16,7 @@ from flexsim.loop.trajectories import Reference
 ROUNDING = 1e-12  # relative; sums of some thousand terms
 TIME = np.linspace(0.0, 2.0, 2001)
 STEP = 1e-3
+SAMPLED = 0.01  # [1/s]; a half of the hold has one sample more than the other
 
 points = arrays(float, st.tuples(st.integers(1, 20), st.just(2)), elements=st.floats(-1, 1))
 
@@ -125,7 +126,28 @@ def test_measures_by_hand() -> None:
     assert found["rms_error"] == pytest.approx(0.5 / np.sqrt(2001))
     assert (found["max_v"], found["residual_v"]) == (0.05, 0.01)
     assert (found["peak_torque_1"], found["peak_torque_2"]) == (3.0, 1.0)
+    assert found["rms_torque_1"] == pytest.approx(np.sqrt((9 + 4) / 2001))
+    assert (found["variation_1"], found["variation_2"]) == (3 + 3 + 2 + 2, 0.5 + 0.5 + 1 + 1)
+    assert found["effort"] == pytest.approx(STEP * (9 + 4 + 0.25 + 1))
+    assert found["growth"] == pytest.approx(0.0, abs=ROUNDING)
     assert found["diverged"] is False and found["diverged_at"] is None
+
+
+@pytest.mark.parametrize("rate", [1.5, -0.4])
+def test_growth_is_that_of_an_exponential(rate: float) -> None:
+    reference = Reference(TIME, np.zeros((2001, 2)), np.zeros((2001, 2)))
+    v = np.exp(rate * TIME) * np.sin(2 * np.pi * 50 * TIME)
+    found = measures(motion(v=v), reference, hold=1.0)
+    assert found["growth"] == pytest.approx(rate, abs=SAMPLED)
+    assert measures(motion(v=0 * v), reference, hold=1.0)["growth"] is None
+    assert measures(motion(v=v), reference)["growth"] is None
+
+
+def test_a_torque_of_the_last_sample_is_no_effort() -> None:
+    reference = Reference(TIME, np.zeros((2001, 2)), np.zeros((2001, 2)))
+    torque = np.zeros((2001, 2))
+    torque[-1] = 5.0
+    assert measures(motion(torque=torque), reference)["effort"] == 0.0
 
 
 def test_measures_of_a_diverged_motion_say_so() -> None:

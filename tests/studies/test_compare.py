@@ -120,7 +120,7 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
 
 
 def test_tables_have_every_row(comparison: Comparison) -> None:
-    written, ours, papers, none = tables(comparison)
+    written, ours, torques, papers, none = tables(comparison)
     assert written.rows == comparison.rows and not none.rows
     for table in (ours, papers):
         assert "8 of 8 hold" in table.note
@@ -129,6 +129,13 @@ def test_tables_have_every_row(comparison: Comparison) -> None:
     envelopes = [table.cells(rows)[1] for table in (ours, papers) for rows in table.lines()]
     for shown, pair in zip(envelopes, pairs(comparison.rows), strict=True):
         assert shown == " | ".join(f"{1e3 * row.found.envelope:.1f}" for row in pair)
+    for line, pair in zip(torques.lines(), pairs(torques.rows), strict=True):
+        case, first, _, variation, growth = torques.cells(line)
+        assert case == ours.cells(line)[0]
+        assert first == " | ".join(f"{row.found.rms_torque_1:.2f}" for row in pair)
+        sums = [row.found.variation_1 + row.found.variation_2 for row in pair]
+        assert variation == " | ".join(f"{each:.0f}" for each in sums)
+        assert growth == " | ".join(f"{row.found.growth:+.1f}" for row in pair)
 
 
 def test_cells_are_paired_by_name(comparison: Comparison) -> None:
