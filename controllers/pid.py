@@ -3,6 +3,7 @@
 b, a = fractional_pid(Gains(100.0, 0.5, 1.0, -0.1, 0.0), period=1e-3)
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy import signal
 
 from controllers.errors import ControllerError, check_finite, check_order, check_positive
 from controllers.operators import operator
+from controllers.oustaloup import oustaloup_cascade
+from controllers.sections import Cascade, Sections
 from controllers.series import Array, Filter, convolve
 
 ROUNDING = 1e-3
@@ -104,6 +107,43 @@ def fractional_pid(
             raise ControllerError(f"k{i} = {k:g} times D^{nu:g} overflows; choose a smaller k{i}")
         total = parallel(total, (b, a))
     return total
+
+
+def oustaloup_pid(
+    gains: Gains,
+    period: float,
+    terms: int,
+    low: float | None = None,
+    high: float | None = None,
+) -> Sections:
+    """Return k1 D^nu1 + k2 D^nu2 + k3 with Oustaloup's operators, kept as sections.
+
+    For more poles, or a wider band, than `fractional_pid` can write as one polynomial.
+
+    Args:
+        gains: the five numbers of one joint.
+        period: sampling period [s].
+        terms: number of pole-zero pairs of each operator.
+        low, high: edges of the band [rad/s]; defaults as `controllers.oustaloup`.
+
+    Returns:
+        The sum of a cascade for each term; flexsim runs it as it is.
+
+    Raises:
+        ControllerError: an argument is out of range, or an order is missing.
+
+    Source: (3), (4).
+    """
+    k3 = check_finite("k3", gains.k3)
+    cascades: list[Cascade] = [((np.array([k3]), np.ones(1)),)]
+    for i, k, nu in ((1, gains.k1, gains.nu1), (2, gains.k2, gains.nu2)):
+        k = check_finite(f"k{i}", k)
+        if k == 0.0:
+            continue
+        order = check_order(f"nu{i}", math.nan if nu is None else nu)
+        (b, a), *others = oustaloup_cascade(order, period, terms, low, high)
+        cascades.append(((k * b, a), *others))
+    return Sections(tuple(cascades))
 
 
 def integer_pid(kd: float, ki: float, kp: float, period: float, terms: int = 10) -> Filter:
