@@ -38,7 +38,6 @@ from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
-from flexsim.plants.stepped import stepped
 
 GAUSS_POINTS = 24  # to a segment: modes 1 to 3 times a line, to rounding
 
@@ -97,20 +96,16 @@ class ChainPlant:
         return self.chain.model
 
     @cached_property
-    def stepped(self) -> mujoco.MjModel:
-        """What loops step: the model without what does not move it."""
-        return stepped(self.chain.model, self.chain.text)
+    def workspaces(self) -> Workspaces:
+        """What loops step, and where."""
+        return Workspaces(self.chain.model, self.chain.text)
 
     @contextmanager
     def running(self, threads: int) -> Iterator[Chain]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
-        c = self.chain
-        model = self.stepped
-        workspaces = Workspaces(model, threads)
-        with quiet_warnings():
-            yield Chain(
-                self.stepped._address, workspaces.addresses, c.L_R, c.root, c.lengths, c.step
-            )
+        c, its = self.chain, self.workspaces
+        with its.lent(threads) as data:
+            yield Chain(its.model._address, data, c.L_R, c.root, c.lengths, c.step)
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""
@@ -229,9 +224,14 @@ class ClosedChainPlant(ChainPlant):
     name: str = "closed-chain"
 
     def __post_init__(self) -> None:
-        closed_form(self.chain)
+        _ = self.coefficients  # refuses what they do not have
+
+    @cached_property
+    def coefficients(self) -> ClosedChain:
+        """Coefficients of the equations."""
+        return closed_form(self.chain)
 
     @contextmanager
     def running(self, threads: int) -> Iterator[ClosedChain]:  # type: ignore[override]
         """Give the coefficients for compiled code."""
-        yield closed_form(self.chain)
+        yield self.coefficients

@@ -8,6 +8,8 @@ the same on whichever thread and after whichever other.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import mujoco
@@ -21,8 +23,10 @@ from flexsim.numerics.mujoco_c import (
     mj_getState,
     mj_setState,
     mj_step,
+    quiet_warnings,
 )
 from flexsim.numerics.types import Array
+from flexsim.plants.stepped import stepped
 
 
 class Chain(NamedTuple):
@@ -41,11 +45,23 @@ class Chain(NamedTuple):
 
 
 class Workspaces:
-    """One mjData per thread, kept alive as long as compiled code uses their addresses."""
+    """What loops step of a file: its model without the rest, and an mjData per thread.
 
-    def __init__(self, model: mujoco.MjModel, threads: int) -> None:
-        self.data = [mujoco.MjData(model) for _ in range(threads)]
-        self.addresses = np.array([data._address for data in self.data], dtype=np.int64)
+    An mjData is lent to a run and kept for the next: making one costs as much as a hundred steps.
+    """
+
+    def __init__(self, model: mujoco.MjModel, text: str) -> None:
+        self.model = stepped(model, text)
+        self._free: list[list[mujoco.MjData]] = []  # a list for each of the runs at one time
+
+    @contextmanager
+    def lent(self, threads: int) -> Iterator[NDArray[np.int64]]:
+        """Give the addresses of an mjData per thread, this run's alone, MuJoCo's warnings quiet."""
+        data = self._free.pop() if self._free else []
+        data += [mujoco.MjData(self.model) for _ in range(threads - len(data))]
+        with quiet_warnings():
+            yield np.array([each._address for each in data], dtype=np.int64)
+        self._free.append(data)
 
 
 @jit

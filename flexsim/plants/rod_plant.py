@@ -46,7 +46,6 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Rod, Workspaces
-from flexsim.plants.stepped import stepped
 
 GAUSS_POINTS = 12  # to an element: modes 1 to 3 times a line, to rounding
 
@@ -102,18 +101,16 @@ class RodPlant:
         return self.rod.model
 
     @cached_property
-    def stepped(self) -> mujoco.MjModel:
-        """What loops step: the model without what does not move it."""
-        return stepped(self.rod.model, self.rod.text)
+    def workspaces(self) -> Workspaces:
+        """What loops step, and where."""
+        return Workspaces(self.rod.model, self.rod.text)
 
     @contextmanager
     def running(self, threads: int) -> Iterator[Rod]:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
-        r = self.rod
-        model = self.stepped
-        workspaces = Workspaces(model, threads)
-        with quiet_warnings():
-            yield Rod(model._address, workspaces.addresses, r.L_R, r.reach, r.step)
+        r, its = self.rod, self.workspaces
+        with its.lent(threads) as data:
+            yield Rod(its.model._address, data, r.L_R, r.reach, r.step)
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""

@@ -26,7 +26,6 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
-from flexsim.plants.mujoco_steps import Workspaces
 from studies.tools.c_loop import compiled_c
 from studies.tuning.genetic import GeneticSettings
 from studies.tuning.individuals import MS_PER_S, ControllerDesign
@@ -107,10 +106,9 @@ def generation_run(plant: Plant, seconds: float = WHOLE) -> Run:
 def bare_run(chain: ChainPlant, in_python: bool = False) -> Run:
     """Return a function that only steps the same MJCF, compiled or from Python."""
     model = chain.chain.model
-    workspace = Workspaces(model, 1)
-    data = workspace.data[0]
+    data = mujoco.MjData(model)
     steps = round((1 if in_python else 5) / chain.step)
-    model_address, data_address = model._address, int(workspace.addresses[0])
+    model_address, data_address = model._address, data._address
 
     def once() -> float:
         mujoco.mj_resetData(model, data)
