@@ -5,11 +5,15 @@
 
 In absolute angles phi_i, the sums of the joints' angles, a chain of bodies that turn about z has
 
-    H_ij = A_ij cos(phi_i - phi_j) + B_ij sin(phi_j - phi_i),
-    sum_j H_ij phi_j'' + sum_j (A_ij sin(phi_i - phi_j) + B_ij cos(phi_j - phi_i)) phi_j'^2 = Q_i,
+    J_i phi_i'' + sum_{j<i} h_i . d_j phi_j'' + sum_{j>i} d_i . h_j phi_j''
+        = Q_i + sum_{j<i} h_i x d_j phi_j'^2 + sum_{j>i} d_i x h_j phi_j'^2,
 
-with constant A, symmetric, and B, antisymmetric, from masses beside the axis. A torque, spring or
-damper at joint i acts on phi_i and back on phi_(i-1); armatures add a constant tridiagonal part.
+where d_i leads from joint i to the next, h_i is the first moment about joint i and J_i the second
+of body i and of all masses that hang on it, these taken at the next joint: d_i and h_i turn with
+phi_i, J_i is constant. A torque, spring or damper at joint i acts on phi_i and back on phi_(i-1),
+and so do armatures on the accelerations. Off the diagonal a row is one vector times one of each
+column, so the unknowns are eliminated from the tip inwards in a number of operations that grows
+with m, not its cube, as in Featherstone's articulated bodies.
 """
 
 from __future__ import annotations
@@ -26,18 +30,23 @@ from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
 INTEGRATORS = ("RK4", "Euler")  # that are written out here
+ROWS = 12  # of work space
 
 
 class ClosedChain(NamedTuple):
     """A chain as the compiled equations read it; of m = N + 2 joints.
 
-    A, B: (m, m) [kg m2]; armature (m,) [kg m2]; stiffness, rest (m,) [N m/rad], [rad]; damping (m,)
-    [N m s/rad]; gears of the motors; L_R, root, lengths as in `mujoco_steps.Chain`; step [s]; rk4:
-    whether RK4 takes it, else Euler with the dampers at the end of the step.
+    J (m,) [kg m2]; d_x, d_y (m,) [m] and h_x, h_y (m,) [kg m] in the straight pose, y across it;
+    armature (m,) [kg m2]; stiffness, rest (m,) [N m/rad], [rad]; damping (m,) [N m s/rad]; gears;
+    L_R, root, lengths as in `mujoco_steps.Chain`; step [s]; rk4: whether RK4 takes it, else Euler
+    with the dampers at the end of the step.
     """
 
-    A: Array
-    B: Array
+    J: Array
+    d_x: Array
+    d_y: Array
+    h_x: Array
+    h_y: Array
     armature: Array
     stiffness: Array
     rest: Array
@@ -66,11 +75,14 @@ def closed_form(chain: ChainModel) -> ClosedChain:
             f"{chain.source}: integrator {name} is not written in closed form; use RK4 or Euler, "
             "or the plant chain, which is MuJoCo itself"
         )
-    A, B = inertia_products(model)
+    J, d, h = moments(model)
     gears = model.actuator_gear[:2, 0] * model.actuator_gainprm[:2, 0]
     return ClosedChain(
-        A=A,
-        B=B,
+        J=J,
+        d_x=d[:, 0].copy(),
+        d_y=d[:, 1].copy(),
+        h_x=h[:, 0].copy(),
+        h_y=h[:, 1].copy(),
         armature=model.dof_armature.copy(),
         stiffness=model.jnt_stiffness.copy(),
         rest=model.qpos_spring.copy(),
@@ -85,12 +97,8 @@ def closed_form(chain: ChainModel) -> ClosedChain:
     )
 
 
-def inertia_products(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Return A and B (m, m) [kg m2] of a planar chain, from its bodies at the straight pose.
-
-    With d_bi the part of the way to body b's centre of mass that turns with joint i,
-    A_ij = sum_b m_b d_bi . d_bj (and b's own inertia at i = j), B_ij = sum_b m_b d_bj x d_bi.
-    """
+def moments(model: mujoco.MjModel) -> tuple[Array, Array, Array]:
+    """Return J (m,) [kg m2], d (m, 2) [m], h (m, 2) [kg m] of a planar chain, straight along x."""
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
@@ -98,17 +106,14 @@ def inertia_products(model: mujoco.MjModel) -> tuple[Array, Array]:
     m = model.njnt
     anchor = data.xanchor[:, :2]  # (m, 2)
     vertical = data.ximat.reshape(-1, 3, 3)[:, 2, :]  # z in each body's principal axes
-    A, B = np.zeros((m, m)), np.zeros((m, m))
+    J, d, h, beyond = np.zeros(m), np.zeros((m, 2)), np.zeros((m, 2)), np.zeros(m)
+    d[:-1] = np.diff(anchor, axis=0)
     for b, carrier in _carriers(model):
-        d = np.zeros((m, 2))
-        d[:carrier] = np.diff(anchor[: carrier + 1], axis=0)
-        d[carrier] = data.xipos[b, :2] - anchor[carrier]
-        for i in range(carrier + 1):
-            for j in range(carrier + 1):
-                A[i, j] += model.body_mass[b] * (d[i, 0] * d[j, 0] + d[i, 1] * d[j, 1])
-                B[i, j] += model.body_mass[b] * (d[i, 1] * d[j, 0] - d[i, 0] * d[j, 1])
-        A[carrier, carrier] += float(np.sum(vertical[b] ** 2 * model.body_inertia[b]))
-    return A, B
+        mass, centre = model.body_mass[b], data.xipos[b, :2] - anchor[carrier]
+        beyond[:carrier] += mass
+        h[carrier] += mass * centre
+        J[carrier] += mass * np.sum(centre**2) + np.sum(vertical[b] ** 2 * model.body_inertia[b])
+    return J + beyond * np.sum(d**2, axis=1), d, h + beyond[:, None] * d
 
 
 def _carriers(model: mujoco.MjModel) -> list[tuple[int, int]]:
@@ -119,80 +124,80 @@ def _carriers(model: mujoco.MjModel) -> list[tuple[int, int]]:
 
 
 @jit
-def _cholesky_solve(H: Array, x: Array) -> None:
-    """Solve H x = x in place; of H (m, m), positive definite, the lower half is overwritten."""
-    m = x.shape[0]
-    for j in range(m):
-        pivot = H[j, j]
-        for k in range(j):
-            pivot -= H[j, k] * H[j, k]
-        inverse = 1.0 / np.sqrt(pivot)
-        H[j, j] = inverse
-        for i in range(j + 1, m):
-            value = H[i, j]
-            for k in range(j):
-                value -= H[i, k] * H[j, k]
-            H[i, j] = value * inverse
-    for i in range(m):
-        value = x[i]
-        for k in range(i):
-            value -= H[i, k] * x[k]
-        x[i] = value * H[i, i]
-    for i in range(m - 1, -1, -1):
-        value = x[i]
-        for k in range(i + 1, m):
-            value -= H[k, i] * x[k]
-        x[i] = value * H[i, i]
-
-
-@jit
-def _fill(
-    p: ClosedChain, phi: Array, u: Array, tau_1: float, tau_2: float, a: Array, work: Array
+def _accelerations(
+    p: ClosedChain, phi: Array, u: Array, tau_1: float, tau_2: float, late: float, work: Array
 ) -> None:
-    """Write H's lower half into work (m, m) and the forces, dampers included, into a (m,)."""
+    """Write the angular accelerations at absolute angles phi (m,) and rates u (m,) into work[0].
+
+    Args:
+        late: by how much later the dampers act: the step of an implicit Euler, else 0 [s].
+        work: ROWS rows of (m,), of which the first six are overwritten.
+    """
     m = phi.shape[0]
-    c, s = work[m], work[m + 1]
+    a, d_x, d_y, g_x, g_y, inverse = work[0], work[1], work[2], work[3], work[4], work[5]
+    before = rate = sum_x = sum_y = 0.0
     for i in range(m):
-        c[i] = np.cos(phi[i])
-        s[i] = np.sin(phi[i])
-        a[i] = 0.0
-        for j in range(i):
-            work[i, j] = 0.0
-    before, rate = 0.0, 0.0
-    for i in range(m):
+        c, s = np.cos(phi[i]), np.sin(phi[i])
+        d_x[i], d_y[i] = p.d_x[i] * c - p.d_y[i] * s, p.d_x[i] * s + p.d_y[i] * c
+        g_x[i], g_y[i] = p.h_x[i] * c - p.h_y[i] * s, p.h_x[i] * s + p.h_y[i] * c
         tau = -p.stiffness[i] * (phi[i] - before - p.rest[i]) - p.damping[i] * (u[i] - rate)
-        before, rate = phi[i], u[i]
         if i == 0:
             tau += p.gear_1 * tau_1
-        elif i == 1:
-            tau += p.gear_2 * tau_2
-        a[i] += tau
-        work[i, i] = p.A[i, i] + p.armature[i]
-        if i > 0:
+        else:
+            if i == 1:
+                tau += p.gear_2 * tau_2
             a[i - 1] -= tau
-            work[i - 1, i - 1] += p.armature[i]
-            work[i, i - 1] = -p.armature[i]
+        a[i] = tau + g_x[i] * sum_y - g_y[i] * sum_x
+        before, rate = phi[i], u[i]
+        sum_x += u[i] * u[i] * d_x[i]
+        sum_y += u[i] * u[i] * d_y[i]
+
+    # eliminated from the tip inwards: row i is then g_i . d_j in columns j < i, less what the
+    # armature of i ties to i - 1; all but the last one eliminated left W and z of their rows
+    sum_x = sum_y = W_xx = W_xy = W_yy = z_x = z_y = 0.0
+    last_x = last_y = tie = quotient = solved = (
+        0.0  # of the last one: g, armature, 1/H, its force/H
+    )
+    for i in range(m - 1, -1, -1):
+        dx, dy, uu = d_x[i], d_y[i], u[i] * u[i]
+        force = a[i] + dx * sum_y - dy * sum_x
+        sum_x += uu * g_x[i]
+        sum_y += uu * g_y[i]
+        own = p.armature[i] + late * p.damping[i]
+        row = last_x * dx + last_y * dy - tie
+        share = row * quotient
+        w_x, w_y = W_xx * dx + W_xy * dy, W_xy * dx + W_yy * dy
+        pivot = p.J[i] + own + tie - (dx * w_x + dy * w_y) - row * share
+        force -= dx * z_x + dy * z_y + row * solved
+        W_xx += last_x * last_x * quotient
+        W_xy += last_x * last_y * quotient
+        W_yy += last_y * last_y * quotient
+        z_x += last_x * solved
+        z_y += last_y * solved
+        last_x, last_y = g_x[i] - w_x - last_x * share, g_y[i] - w_y - last_y * share
+        tie, quotient = own, 1.0 / pivot
+        solved = force * quotient
+        g_x[i], g_y[i], inverse[i], a[i] = last_x, last_y, quotient, solved
+
+    sum_x = sum_y = before = 0.0  # of the accelerations, from joint 1 outwards
     for i in range(m):
-        for j in range(i):
-            cosine = c[i] * c[j] + s[i] * s[j]  # of phi_i - phi_j
-            sine = s[i] * c[j] - c[i] * s[j]
-            work[i, j] += p.A[i, j] * cosine - p.B[i, j] * sine
-            turned = p.A[i, j] * sine + p.B[i, j] * cosine
-            a[i] -= turned * u[j] * u[j]
-            a[j] += turned * u[i] * u[i]
+        own = p.armature[i] + late * p.damping[i]
+        a[i] -= (g_x[i] * sum_x + g_y[i] * sum_y - own * before) * inverse[i]
+        before = a[i]
+        sum_x += d_x[i] * before
+        sum_y += d_y[i] * before
 
 
 @jit
 def _rk4(p: ClosedChain, x: Array, tau_1: float, tau_2: float, work: Array) -> None:
     """Advance absolute angles and rates x (2, m) by one step of classical Runge-Kutta."""
     m, h = x.shape[1], p.step
-    phi, u, a, dphi, du = work[m + 2], work[m + 3], work[m + 4], work[m + 5], work[m + 6]
+    a, phi, u, dphi, du = work[0], work[6], work[7], work[8], work[9]
     for i in range(m):
         phi[i], u[i] = x[0, i], x[1, i]
         dphi[i] = du[i] = 0.0
     for stage in range(4):
-        _fill(p, phi, u, tau_1, tau_2, a, work)
-        _cholesky_solve(work, a)
+        _accelerations(p, phi, u, tau_1, tau_2, 0.0, work)
         weight = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
         ahead = h if stage == 2 else 0.5 * h
         for i in range(m):
@@ -208,15 +213,9 @@ def _rk4(p: ClosedChain, x: Array, tau_1: float, tau_2: float, work: Array) -> N
 @jit
 def _euler(p: ClosedChain, x: Array, tau_1: float, tau_2: float, work: Array) -> None:
     """Advance x (2, m) by one step of MuJoCo's Euler: dampers at the step's end, then angles."""
-    m, h = x.shape[1], p.step
-    a = work[m + 2]
-    _fill(p, x[0], x[1], tau_1, tau_2, a, work)
-    for i in range(m):  # (H + h D) u' = H u + h (forces without dampers) has increment h a
-        work[i, i] += h * p.damping[i]
-        if i > 0:
-            work[i - 1, i - 1] += h * p.damping[i]
-            work[i, i - 1] -= h * p.damping[i]
-    _cholesky_solve(work, a)
+    m, h, a = x.shape[1], p.step, work[0]
+    # (H + h D) u' = H u + h (forces without the dampers) has the increment h a
+    _accelerations(p, x[0], x[1], tau_1, tau_2, h, work)
     for i in range(m):
         x[1, i] += h * a[i]
         x[0, i] += h * x[1, i]
@@ -230,10 +229,10 @@ def closed_chain_step(
 
     Args:
         state: (2 m,) joint angles, then rates, as MuJoCo's; overwritten.
-        work: (m + 9, m) work space.
+        work: (ROWS, m) work space.
     """
     m = state.shape[0] // 2
-    x = work[m + 7 : m + 9]
+    x = work[10:12]
     total, rate = 0.0, 0.0
     for i in range(m):
         total += state[i]

@@ -16,7 +16,7 @@ from numba.extending import overload
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
-from flexsim.plants.closed_form_chain import ClosedChain, closed_chain_step
+from flexsim.plants.closed_form_chain import ROWS, ClosedChain, closed_chain_step
 from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
 from flexsim.plants.printed import PrintedModes, printed_acceleration
 
@@ -69,7 +69,7 @@ def closed_chain_tip(p: ClosedChain, state: Array):  # type: ignore[no-untyped-d
 @jit
 def work_space(m: int) -> Array:
     """Return room for a step of any plant of m coordinates."""
-    return np.zeros((m + 9, m))
+    return np.zeros((ROWS, m))
 
 
 _STEPS: dict[type, Callable[..., Any]] = {

@@ -62,7 +62,7 @@ def states(plant, short, pairs, threads):
 for path in sys.argv[1:]:
     robot = Robot.of(path)
     whole = reference(trajectory("circle"), robot.parameters)
-    short = Reference(*(part[:150] for part in vars(whole).values()))
+    short = Reference(whole.time[:150], whole.tip[:150], whole.joint[:150])
     run = robot.plant(robot.given.kind), short
     alone = [states(*run, [pair], 1)[0] for pair in pairs]
     for threads in (1, 2, 4):

@@ -96,14 +96,14 @@ def test_it_parts_from_mujoco_no_faster_than_mujoco_from_itself() -> None:
     assert np.abs(own - ours).max() < NO_FASTER * max(np.abs(own - beside).max(), HAIR)
 
 
-def test_without_masses_aside_b_is_zero_and_with_them_it_counts() -> None:
-    """Negative control: the sine terms are what carries a mass beside the axis."""
-    assert np.abs(closed_form(load_chain(text=DEFAULT)).B).max() < 1e-15
+def test_masses_aside_are_in_the_moments_across_alone() -> None:
+    """Negative control: without these the motion is another."""
+    assert np.abs(closed_form(load_chain(text=DEFAULT)).h_y).max() < 1e-15
     chain = load_chain(text=ASIDE)
     p = closed_form(chain)
     start, torques = started(chain.model.nq, 1)
     state, work = start.copy(), work_space(len(start) // 2)
-    without = p._replace(B=np.zeros_like(p.B))
+    without = p._replace(h_y=np.zeros_like(p.h_y))
     for tau_1, tau_2 in torques:
         physics_step(without, 0, state, tau_1, tau_2, work)
     assert np.abs(state - moved(chain.model, start, torques)).max() > 1e-6

@@ -227,7 +227,7 @@ def test_open_loop_tip_agrees_with_the_assumed_modes(
 @pytest.fixture(scope="module")
 def one_second() -> Reference:
     circle = reference(trajectory("circle"), P)
-    return Reference(*(part[:1001] for part in vars(circle).values()))
+    return Reference(circle.time[:1001], circle.tip[:1001], circle.joint[:1001])
 
 
 def test_closed_loop_holds_and_is_the_same_on_any_threads(
