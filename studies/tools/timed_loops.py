@@ -15,8 +15,10 @@ import numpy as np
 
 from controllers import TUNED, Controller
 from flexsim.arm.parameters import Parameters
+from flexsim.loop.compiled_loop import run_population
+from flexsim.loop.controllers import stack
 from flexsim.loop.measuring import NO_YARDSTICK, yardstick
-from flexsim.loop.runs import evaluate
+from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
@@ -68,11 +70,15 @@ def closed_loop_run(
         measured: whether figures of merit are taken, too, over a hold of half the time.
     """
     ref = started(plant.parameters, seconds)
-    filters = [TUNED[TASK].filters(PERIOD)] * population
+    filters = stack([TUNED[TASK].filters(PERIOD)] * population, PERIOD)
+    friction, loop = setting(IDEAL).friction.numbers(), loop_of(plant, ref)
+    start = plant.rest_state(ref.joint[0])
     yard = yardstick(ref, seconds / 2) if measured else NO_YARDSTICK
 
     def once() -> float:
-        outcome = evaluate(plant, setting(IDEAL), ref, filters, threads=threads, yard=yard)
+        outcome = run_population(
+            plant, friction, loop, filters, start, threads=threads, yard=yard
+        )
         assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
         return 1e3 * ref.time[-1] * population
 
