@@ -20,6 +20,7 @@ from flexsim.arm.beam import mode_shapes
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
+from flexsim.errors import ModelError
 from flexsim.mjcf.chain_file import (
     ChainModel,
     mass_matrix,
@@ -34,7 +35,7 @@ from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
-from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.base import MODES_SHOWN, Observation, Plant
 from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
@@ -235,3 +236,16 @@ class ClosedChainPlant(ChainPlant):
     def running(self, threads: int) -> Iterator[ClosedChain]:  # type: ignore[override]
         """Give the coefficients for compiled code."""
         yield self.coefficients
+
+
+def in_closed_form(plant: Plant) -> tuple[Plant, str]:
+    """Return the closed form of MuJoCo's chain, other plants as they are; and why a chain has none.
+
+    It moves as MuJoCo's to rounding, at a fifth of the cost.
+    """
+    if type(plant) is not ChainPlant:
+        return plant, ""
+    try:
+        return ClosedChainPlant(plant.parameters, plant.chain, f"closed-{plant.name}"), ""
+    except ModelError as error:
+        return plant, str(error)

@@ -41,7 +41,9 @@ FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
     "both": ("assumed-modes", "chain"),
 }
 GAINS = [NAMES.index(name) for name in NAMES if name.startswith("k")]
-CHAIN_COST = 20  # generations on the assumed modes that take as long as one on the chain
+CHAIN_COST = (
+    5  # generations on the assumed modes that take as long as one on the chain, in closed form
+)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import in_closed_form
 from flexsim.robot import Robot, plant_kind
 from studies.core.paper import PLANTS
 from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
@@ -174,9 +175,11 @@ class Problem:
 
     Attributes:
         design: from parameters to filters.
-        scenarios: plants, each with its setting; the worst of them counts.
+        scenarios: plants, each with its setting, as they are simulated; the worst of them counts.
         reference: sampled at the design's period.
         weights: of x, y and v in the index (5). threads: None for all; results are the same.
+        judges: the plants as they were asked for, where others are simulated in their place.
+        remarks: lines on what is simulated.
     """
 
     design: ControllerDesign
@@ -184,6 +187,31 @@ class Problem:
     reference: Reference
     weights: tuple[float, float, float] = WEIGHTS
     threads: int | None = None
+    judges: tuple[tuple[Plant, Setting], ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def simulated(self) -> list[str]:
+        """Names of the plants that are simulated."""
+        return list(dict.fromkeys(plant.name for plant, _ in self.scenarios))
+
+    def rated(self, best: Array | None) -> dict[str, float]:
+        """Return an individual's index (5) on each plant as it was asked for [m2 s].
+
+        Args:
+            best: (10,), or None, which has no index.
+
+        Returns:
+            By the plant's name, the worst of its robots; nothing where what was simulated is that.
+        """
+        if best is None or not self.judges:
+            return {}
+        found: dict[str, float] = {}
+        for each in self.judges:
+            alone = replace(self, scenarios=(each,), judges=())
+            index, name = float(alone(best[None]).indices[0]), each[0].name
+            found[name] = max(index, found.get(name, index))
+        return found
 
     def __call__(self, parameters: Array) -> Scores:
         """Return the worst index of each individual, and the earliest time of divergence."""
@@ -241,7 +269,7 @@ def _scaled(friction: Friction, factor: float) -> Friction:
 
 
 def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], ...]:
-    """Return the plants to run on, the nominal robot's first, with their settings.
+    """Return the plants that a tuning asks for, the nominal robot's first, with their settings.
 
     Raises:
         ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
@@ -285,7 +313,21 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
     scenarios = scenarios_of(tuning, robot)
     for plant, _ in scenarios:
         loop_of(plant, ref, weights=tuning.weights)  # checks period, step and weights
-    return Problem(tuning.design, scenarios, ref, tuning.weights, threads)
+    simulated, whys = zip(*(in_closed_form(plant) for plant, _ in scenarios), strict=True)
+    pairs = tuple((plant, its) for plant, (_, its) in zip(simulated, scenarios, strict=True))
+    remarks = [f"MuJoCo simulates the chain: {why}" for why in whys if why]
+    instead = any(one is not other for one, (other, _) in zip(simulated, scenarios, strict=True))
+    if instead:
+        remarks.append("chains are simulated in closed form, the result is rated on MuJoCo's")
+    return Problem(
+        tuning.design,
+        pairs,
+        ref,
+        tuning.weights,
+        threads,
+        scenarios if instead else (),
+        tuple(dict.fromkeys(remarks)),
+    )
 
 
 def distribution_for(tuning: Tuning) -> Distribution:

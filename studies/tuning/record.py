@@ -18,7 +18,7 @@ import importlib.metadata
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -146,20 +146,27 @@ def require_startable(out: Path, force: bool) -> None:
 
 
 def start(
-    out: Path, force: bool, tuning: Tuning, draws: Distribution, texts: Mapping[str, str]
+    out: Path,
+    force: bool,
+    tuning: Tuning,
+    draws: Distribution,
+    texts: Mapping[str, str],
+    simulated: Sequence[str] = (),
 ) -> None:
     """Make the folder of a new run, before its first generation.
 
     Args:
         out: where. force: replace a run that is there. tuning, draws: what it depends on.
         texts: files to keep beside, such as the MJCF, by name.
+        simulated: names of the plants that are, for whoever reads the configuration.
 
     Raises:
         RunError: as `run_folder`; or a run to be replaced is still at work.
     """
     require_startable(out, force)
     with run_folder(out, force, LATER) as folder:
-        write_config(folder, tuning, distribution=draws.table(), units=UNITS, versions=_versions())
+        more = {"distribution": draws.table(), "units": UNITS, "simulated": list(simulated)}
+        write_config(folder, tuning, versions=_versions(), **more)
         for name, text in texts.items():
             (folder / name).write_text(text)
         (folder / GENERATIONS).write_bytes(HEADER)

@@ -59,16 +59,19 @@ def course(search: Search) -> list[GenerationRow]:
     return rows
 
 
-def result_of(search: Search, scenarios: int) -> dict[str, Any]:
+def result_of(search: Search, scenarios: int, rated: Mapping[str, float] = {}) -> dict[str, Any]:
     """Return the result as JSON has it; without a stable individual its best is None.
 
     Args:
         search: as named. scenarios: simulations per evaluation.
+        rated: the best's index by plant, where it was rated on others than were simulated.
     """
     best = search.best_parameters
     si = None if best is None else in_si(best[None])[0]
     return {
         "best_index": search.best_index,
+        "rated_index": max(rated.values(), default=None),
+        "rated": dict(rated),
         "best_parameters": _named(best),
         "best_parameters_si": _named(si),
         "generations": len(search.generations),
@@ -119,18 +122,26 @@ def described(tuning: Tuning) -> str:
     )
 
 
-def is_concluded(folder: Path, search: Search, scenarios: int) -> bool:
+def is_concluded(
+    folder: Path, search: Search, scenarios: int, rated: Mapping[str, float] = {}
+) -> bool:
     """Return whether a run's folder has all that `conclude` writes; the result comes last."""
     if any(not (folder / name).is_file() for name in (TABLE, FIGURE, RECORDING, RESULT)):
         return False
-    return (folder / RESULT).read_bytes() == _result_text(search, scenarios).encode()
+    return (folder / RESULT).read_bytes() == _result_text(search, scenarios, rated).encode()
 
 
-def _result_text(search: Search, scenarios: int) -> str:
-    return to_json(result_of(search, scenarios)) + "\n"
+def _result_text(search: Search, scenarios: int, rated: Mapping[str, float]) -> str:
+    return to_json(result_of(search, scenarios, rated)) + "\n"
 
 
-def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> None:
+def conclude(
+    folder: Path,
+    search: Search,
+    tuning: Tuning,
+    scenarios: int,
+    rated: Mapping[str, float] = {},
+) -> None:
     """Write result, convergence table, figure and recording into a run's folder.
 
     Raises:
@@ -147,7 +158,7 @@ def conclude(folder: Path, search: Search, tuning: Tuning, scenarios: int) -> No
         (folder / FIGURE).parent.mkdir(exist_ok=True)
         save(course_figure(search, described(tuning)), folder / FIGURE)
         write_convergence(folder / RECORDING, "index (5) [m2 s]", best, median, stable, about)
-        write_text(folder / RESULT, _result_text(search, scenarios))
+        write_text(folder / RESULT, _result_text(search, scenarios, rated))
     except RunError:
         raise
     except OSError as error:
@@ -178,15 +189,22 @@ def result_table(search: Search) -> Table:
     return Table(rows, PARAMETERS, "Best parameters")
 
 
-def as_json(search: Search, scenarios: int, run: Path, more: Mapping[str, Any]) -> str:
+def as_json(
+    search: Search,
+    scenarios: int,
+    run: Path,
+    more: Mapping[str, Any],
+    rated: Mapping[str, float] = {},
+) -> str:
     """Return what --json prints: the result, and `more` that is of this session only."""
-    return to_json({**result_of(search, scenarios), "run": str(run), **more})
+    return to_json({**result_of(search, scenarios, rated), "run": str(run), **more})
 
 
-def summary(search: Search) -> str:
+def summary(search: Search, rated: Mapping[str, float] = {}) -> str:
     """Return in one line how a search went."""
+    on = ", ".join(f"{index:.6g} on {plant}" for plant, index in rated.items())
     found = (
-        f"best index {search.best_index:.6g} m2 s"
+        f"best index {search.best_index:.6g} m2 s" + (f" (rated: {on})" if on else "")
         if search.best_parameters is not None
         else "every individual diverged"
     )

@@ -183,7 +183,8 @@ def begin(config: TuneConfig) -> tuple[Record, Problem, Start]:
         show_differences(robot)
 
     def start() -> None:
-        tune_folder.start(folder, config.force, tuning, draws, texts)
+        what = (tuning, draws, texts, problem.simulated)
+        tune_folder.start(folder, config.force, *what)
 
     return Record(tuning, draws, [], len(tune_folder.HEADER)), problem, start
 
@@ -243,8 +244,12 @@ def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
         yield show
 
 
-def carry_out(folder: Path, record: Record, problem: Problem, start: Start) -> Search:
+def carry_out(
+    folder: Path, record: Record, problem: Problem, start: Start
+) -> tuple[Search, dict[str, float]]:
     """Return the search, every new generation kept in the folder as soon as it is there.
+
+    And the best's index by plant, where it was rated on others than were simulated.
 
     Args:
         start: called before the first generation is kept.
@@ -267,9 +272,10 @@ def carry_out(folder: Path, record: Record, problem: Problem, start: Start) -> S
         with live(record, len(problem.scenarios)) as show:
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
-        if not tune_report.is_concluded(folder, search, len(problem.scenarios)):
-            tune_report.conclude(folder, search, tuning, len(problem.scenarios))
-    return search
+        rated = problem.rated(search.best_parameters)
+        if not tune_report.is_concluded(folder, search, len(problem.scenarios), rated):
+            tune_report.conclude(folder, search, tuning, len(problem.scenarios), rated)
+    return search, rated
 
 
 def command(config: TuneConfig) -> None:
@@ -281,7 +287,7 @@ def command(config: TuneConfig) -> None:
         if config.resume:
             held.enter_context(tune_folder.locked(folder))
             record, problem = take_up(config, folder)
-            search = carry_out(folder, record, problem, lambda: None)
+            search, rated = carry_out(folder, record, problem, lambda: None)
         else:
             record, problem, make_folder = begin(config)
 
@@ -289,14 +295,17 @@ def command(config: TuneConfig) -> None:
                 make_folder()
                 held.enter_context(tune_folder.locked(folder))
 
-            search = carry_out(folder, record, problem, start)
+            search, rated = carry_out(folder, record, problem, start)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
-        more = {"screened": vars(tally)} if tally else {}
-        print(tune_report.as_json(search, len(problem.scenarios), folder, more))
+        more: dict[str, Any] = {"screened": vars(tally)} if tally else {}
+        more["simulated"] = problem.simulated
+        print(tune_report.as_json(search, len(problem.scenarios), folder, more, rated))
         return
     out = console()
-    out.print(tune_report.summary(search), soft_wrap=True)
+    for line in problem.remarks:
+        out.print(spelled(line), soft_wrap=True)
+    out.print(tune_report.summary(search, rated), soft_wrap=True)
     if tally:
         out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")
     if (table := tune_report.result_table(search)).rows:
