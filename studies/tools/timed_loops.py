@@ -76,9 +76,7 @@ def closed_loop_run(
     yard = yardstick(ref, seconds / 2) if measured else NO_YARDSTICK
 
     def once() -> float:
-        outcome = run_population(
-            plant, friction, loop, filters, start, threads=threads, yard=yard
-        )
+        outcome = run_population(plant, friction, loop, filters, start, threads=threads, yard=yard)
         assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
         return 1e3 * ref.time[-1] * population
 
