@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from flexsim.errors import DivergenceError
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import setting
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.elementary import sin
 from flexsim.numerics.types import Array
@@ -14,6 +19,13 @@ DURATION = 2.0  # [s] of driven and free motion
 GENTLE = (0.1, 0.05)  # [rad/s] initial joint rates of the free motion, beam straight
 BRISK = (0.5, 0.3)  # [rad/s]
 POSE = (0.0, 1.2)  # [rad]
+BENT = 0.02  # |v|/L under the small torques, at most; the paper's arm: 0.019, under the large 0.075
+SAFE, WEAKEST, TRIED = (
+    1.05,
+    10.0,
+    6,
+)  # motions are not linear: a little less, and again; at most ...
+# a tenth at a time, where one has run away
 AMPLITUDES = {"small": 1.0, "large": 4.0}  # of `trial_torque`
 
 
@@ -26,13 +38,29 @@ def trial_torque(scale: float, duration: float = DURATION, period: float = PERIO
 
 
 def fitting_torque(plant: Plant, scale: float) -> Array:
-    """Return `trial_torque` (K, 2), less where an arm is lighter than the paper's [N m].
+    """Return `trial_torque` (K, 2), as much stronger or weaker as the arm is heavier or lighter.
 
     In proportion to the inertia that each joint feels with the other free and the beam rigid, so
-    that a light arm is not thrown through angles that tell rounding errors apart.
+    that joints accelerate as the paper's do: a light arm is not thrown through angles that tell
+    rounding errors apart, a heavy one moves. And less, until the beam bends by BENT of its length
+    at most: a soft or resonant one would leave what the equations are for.
     """
-    own, usual = felt_inertia(plant), felt_inertia(AssumedModesPlant())
-    return trial_torque(scale) * np.minimum(1.0, own / usual)
+    torque = trial_torque(scale) * (felt_inertia(plant) / felt_inertia(AssumedModesPlant()))
+    for _ in range(TRIED):
+        bent = _bent(plant, torque) / (BENT * scale)
+        if bent <= 1:
+            break
+        torque = torque / min(SAFE * bent, WEAKEST)
+    return torque
+
+
+def _bent(plant: Plant, torque: Array) -> float:
+    """Return the largest |v|/L of a plant under torques, inf if it runs away."""
+    try:
+        motion = drive(plant, setting("none"), torque, theta=POSE)
+    except DivergenceError:
+        return math.inf
+    return float(np.abs(motion.v).max()) / plant.parameters.L
 
 
 def felt_inertia(plant: Plant) -> Array:

@@ -9,7 +9,8 @@ import pytest
 from edits import DEFAULT, EDITS
 
 from flexsim.robot import Robot
-from studies.parity.crosscheck import DEFAULT_LIMITS, driven_checks
+from studies.parity.beam_checks import DEFAULT_LIMITS
+from studies.parity.crosscheck import driven_checks
 from studies.parity.side_by_side import compared
 
 README = (Path(__file__).parents[2] / "models" / "README.md").read_text()

@@ -32,6 +32,7 @@ from flexsim.numerics.types import Array
 WRITTEN = ("L", "EI", "rho", "r", "zeta", "payload", "payload_inertia")  # beam_... in `<custom>`
 PAPERS = "the paper's"
 UNCHANGED = 1e-6  # relative: numbers of a beam that agree to this are those that were written
+MILD = 2 * (1 + 1e-6)  # factor of an edit up to which a chain in pieces is held to a limit
 BALANCED = 1e-12  # [kg m] of the hub about joint 2, below which its centre is on the joint
 
 
@@ -43,12 +44,16 @@ class StandsFor:
         reference: that beam, on the file's link and hub. default: to compare it with, the one that
             was written if the file has been edited since, else the paper's robot.
         default_name: whose that is, in words. remarks: what else to know, a clause each.
+        design: 'tuned' or 'plain' if the chain is as `flexsim chain` writes it for a uniform beam,
+            'in pieces' if it was and hinges or masses have since been edited by MILD at most, ''
+            if nothing can be said of how well it stands for the beam.
     """
 
     reference: ReferenceBeam
     default: ReferenceBeam
     default_name: str
     remarks: tuple[str, ...] = ()
+    design: str = ""
 
 
 def beam_of(arm: ChainModel | RodModel) -> StandsFor:
@@ -60,13 +65,13 @@ def beam_of(arm: ChainModel | RodModel) -> StandsFor:
     """
     written = written_beam(arm.model, arm.source)
     remarks: tuple[str, ...] = ()
-    if isinstance(arm, RodModel):
-        reference = uniform_reference(parameters_of_rod(arm))
+    if isinstance(arm, RodModel):  # its other models are the chain that is designed for its beam
+        reference, design = uniform_reference(parameters_of_rod(arm)), "tuned"
     else:
-        reference, remarks = _of_chain(arm, written)
+        reference, remarks, design = _of_chain(arm, written)
     if not written:
         remarks += ("the file has no <custom> block: its beam is read from bodies and springs",)
-    return StandsFor(reference, *_default(arm, reference, written), remarks)
+    return StandsFor(reference, *_default(arm, reference, written), remarks, design)
 
 
 def written_beam(model: mujoco.MjModel, source: str) -> dict[str, float]:
@@ -91,7 +96,7 @@ def written_beam(model: mujoco.MjModel, source: str) -> dict[str, float]:
 
 def _of_chain(
     chain: ChainModel, written: dict[str, float]
-) -> tuple[ReferenceBeam, tuple[str, ...]]:
+) -> tuple[ReferenceBeam, tuple[str, ...], str]:
     robot, masses = parameters_of(chain), masses_of(chain)  # refuses hinges without springs
     bending = bending_of(chain, [written["L"]] if written else [])
     L = chain.reach - chain.clamp
@@ -119,7 +124,20 @@ def _of_chain(
         # hinges of another's design: no cell is known to be softer than others
         uniform = masses.uniform
         finite = finite if not uniform else uniform_reference(own).finite
-    return ReferenceBeam(base, finite, uniform), tuple(_remarks(bending, masses, bool(written)))
+    remarks = tuple(_remarks(bending, masses, bool(written)))
+    return ReferenceBeam(base, finite, uniform), remarks, _design(bending, masses)
+
+
+def _design(bending: Bending, masses: Masses) -> str:
+    """Return how well a chain stands for its beam; see `StandsFor`."""
+    if not bending.design or abs(masses.spin - 1) > SAME:
+        return ""
+    if bending.uniform and masses.uniform:
+        return bending.design
+    mild = max(float(each.max() / each.min()) for each in (bending.EI, masses.rho)) <= MILD
+    aside = sum(lump.mass for lump in masses.lumps)  # at most one usual piece's mass
+    light = aside <= float(masses.rho.mean() * masses.ends[-1]) / len(masses.rho)
+    return "in pieces" if mild and light else ""
 
 
 def _equivalent(bending: Bending, L: float) -> float:
