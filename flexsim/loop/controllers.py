@@ -5,7 +5,8 @@ A controller is one of these:
 - the controllers of both joints as a pair, each on its own error, in any of the ways that
   `flexsim.loop.linear_kinds` lists: `(b, a)`, sections, zeros and poles, `scipy.signal.dlti`, ...;
 - one state space for both joints, (A, B, C, D), `dlti` or python-control's, from the errors
-  (e1, e2), or from (e1, e2, v), to the torques of both joints;
+  (e1, e2), or from (e1, e2, v), to the torques of both joints. The second error has v in it
+  already, with the loop's `v_gain`; with `v_gain=0` the state space alone decides on v;
 - an object with `filters(period)`, such as those of the package `controllers`.
 
 >>> import numpy as np

@@ -17,8 +17,6 @@
 
 from __future__ import annotations
 
-import math
-import textwrap
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +24,7 @@ import numpy as np
 from scipy import signal
 
 from flexsim.errors import ParameterError
+from flexsim.loop.given_numbers import real_numbers, real_or_paired, same_period, shape_of, shown
 from flexsim.numerics.types import Array
 
 Filter = tuple[Array, Array]  # b, a in powers of 1/z
@@ -33,9 +32,6 @@ Branches = list[list[Filter]]  # a sum of cascades
 
 SECTION = 6  # numbers of a second-order section: b0, b1, b2, a0, a1, a2
 OUTPUTS, INPUTS = 2, (2, 3)  # of a state space for both joints: torques; (e1, e2) or (e1, e2, v)
-SAME_PERIOD = 1e-9  # relative; what arithmetic makes of a sampling period
-SHOWN = 60  # characters of a value in a message
-CONJUGATE = 1e-9  # relative to the largest root, by which two conjugates may differ
 KINDS = "(b, a), sections (k, 6), (zeros, poles, gain), (A, B, C, D) or a discrete system"
 
 
@@ -65,7 +61,7 @@ def kind_of(given: Any, period: float) -> Branches | Space:
         raise ParameterError(f"a continuous system; discretise it first: to_discrete({period:g})")
     if not hasattr(given, "dt"):
         raise ParameterError(f"of type {type(given).__name__}; give {KINDS}")
-    _same_period(given.dt, period)
+    same_period(given.dt, period)
     if all(hasattr(given, name) for name in "ABCD"):
         return _space(given.A, given.B, given.C, given.D)
     if hasattr(given, "gain") and hasattr(given, "zeros"):
@@ -110,7 +106,7 @@ def whole_space(given: Any, period: float) -> Space:
 
 def _by_length(given: tuple[Any, ...] | list[Any], period: float) -> Branches | Space:
     """Return a system given as a tuple or list of its parts."""
-    shapes = [_shape(part) for part in given]
+    shapes = [shape_of(part) for part in given]
     match len(given), len(shapes[0]) if shapes else 0:
         case 2, _:
             if isinstance(given, list) and shapes == [(SECTION,)] * 2:
@@ -119,7 +115,7 @@ def _by_length(given: tuple[Any, ...] | list[Any], period: float) -> Branches | 
                 )
             return [[_filter(*given)]]
         case 3, 2:
-            _same_period(given[2], period)
+            same_period(given[2], period)
             return [[_filter(*given[:2])]]
         case 3, _:
             if shapes[2] == () and given[2] == period:
@@ -129,67 +125,25 @@ def _by_length(given: tuple[Any, ...] | list[Any], period: float) -> Branches | 
                 )
             return [_zeros_poles(*given)]
         case 4, 1:
-            _same_period(given[3], period)
+            same_period(given[3], period)
             return [_zeros_poles(*given[:3])]
         case 4, 2:
             return _space(*given)
         case 5, 2:
-            _same_period(given[4], period)
+            same_period(given[4], period)
             return _space(*given[:4])
     raise ParameterError(f"a {type(given).__name__} of {len(given)}; give {KINDS}")
 
 
-def _shape(part: Any) -> tuple[int, ...]:
-    """Return the shape of what may be anything, (0, 0) where rows differ in length."""
-    try:
-        return np.shape(part)
-    except ValueError:
-        return 0, 0
-
-
-def _shown(value: Any) -> str:
-    """Return numbers as one short line."""
-    return textwrap.shorten(str(value), SHOWN, placeholder=" ...")
-
-
-def _same_period(dt: Any, period: float) -> None:
-    """Refuse a sampling period that is none, or another."""
-    if isinstance(dt, bool | np.bool_) or dt is None:
-        raise ParameterError(f"a system without a sampling period; give it dt = {period:g}")
-    number = float(_real(dt, "its sampling period", 0))
-    if number == 0:
-        raise ParameterError(f"a continuous system; discretise it first, at {period:g} s")
-    if not math.isclose(number, period, rel_tol=SAME_PERIOD):
-        raise ParameterError(
-            f"its sampling period is {number:g} s, the loop's {period:g}; design it for that"
-        )
-
-
-def _real(value: Any, name: str, ndim: int) -> Array:
-    """Return finite real numbers of so many dimensions."""
-    try:
-        numbers = np.asarray(value)
-    except ValueError:
-        raise ParameterError(f"{name} has rows of different lengths") from None
-    if numbers.dtype.kind == "c":
-        raise ParameterError(f"{name} is complex; give real numbers")
-    if numbers.dtype.kind not in "iuf" or numbers.ndim != ndim:
-        form = ("a number", "numbers in a row", "a matrix of numbers")[ndim]
-        raise ParameterError(f"{name} has shape {numbers.shape}; give {form}")
-    if not np.isfinite(numbers).all():
-        raise ParameterError(f"{name} is {_shown(value)}; give finite numbers")
-    return numbers.astype(float)
-
-
 def _filter(numerator: Any, denominator: Any) -> Filter:
     """Return (b, a) with a[0] = 1, the numerator's (1, n) flattened."""
-    if len(_shape(numerator)) == 2 and len(numerator) == 1:
+    if len(shape_of(numerator)) == 2 and len(numerator) == 1:
         numerator = numerator[0]
-    b, a = _real(numerator, "b", 1), _real(denominator, "a", 1)
+    b, a = real_numbers(numerator, "b", 1), real_numbers(denominator, "a", 1)
     if not (b.size and a.size):
         raise ParameterError("b or a is empty; give finite coefficients")
     if a[0] == 0:
-        raise ParameterError(f"a = {_shown(a)}; give an a[0] other than 0")
+        raise ParameterError(f"a = {shown(a)}; give an a[0] other than 0")
     with np.errstate(over="ignore"):
         b, a = b / a[0], a / a[0]
     if not (np.isfinite(b).all() and np.isfinite(a).all()):
@@ -204,15 +158,15 @@ def _sections(given: Array) -> list[Filter]:
             f"an array of shape {given.shape}; an array is sections (k, {SECTION}), "
             "give (b, a) as a tuple"
         )
-    return [_filter(row[:3], row[3:]) for row in _real(given, "an array of sections", 2)]
+    return [_filter(row[:3], row[3:]) for row in real_numbers(given, "an array of sections", 2)]
 
 
 def _transfer(num: Any, den: Any) -> Branches | Space:
     """Return a transfer function in powers of z: scipy's polynomials, or python-control's of each
     output and input.
     """
-    if len(_shape(den)) == 1:  # scipy's: one denominator
-        if len(_shape(num)) == 2 and len(num) > 1:
+    if len(shape_of(den)) == 1:  # scipy's: one denominator
+        if len(shape_of(num)) == 2 and len(num) > 1:
             raise ParameterError(f"a transfer function of {len(num)} outputs; give a state space")
         return [[_in_delays(num, den)]]
     table = [
@@ -264,7 +218,7 @@ def _joined(table: list[list[Filter]]) -> Space:
 
 def _space(A: Any, B: Any, C: Any, D: Any) -> Space:
     """Return a state space, its shapes checked."""
-    parts = [_real(part, name, 2) for name, part in zip("ABCD", (A, B, C, D), strict=True)]
+    parts = [real_numbers(part, name, 2) for name, part in zip("ABCD", (A, B, C, D), strict=True)]
     n, (outputs, inputs) = len(parts[0]), parts[3].shape
     if [part.shape for part in parts[:3]] != [(n, n), (n, inputs), (outputs, n)]:
         shapes = ", ".join(str(part.shape) for part in parts)
@@ -277,8 +231,8 @@ def _space(A: Any, B: Any, C: Any, D: Any) -> Space:
 
 def _zeros_poles(zeros: Any, poles: Any, gain: Any) -> list[Filter]:
     """Return zeros and poles in z as a cascade: of first order where all are real, else second."""
-    k = float(_real(gain, "the gain of zeros and poles", 0))
-    z, p = _roots(zeros, "zeros"), _roots(poles, "poles")
+    k = float(real_numbers(gain, "the gain of zeros and poles", 0))
+    z, p = real_or_paired(zeros, "zeros"), real_or_paired(poles, "poles")
     delay = len(p) - len(z)
     if delay < 0:
         raise ParameterError(
@@ -297,30 +251,3 @@ def _zeros_poles(zeros: Any, poles: Any, gain: Any) -> list[Filter]:
         return [(np.array([k]), np.ones(1))]
     (b, a), *others = cascade
     return [(k * b, a), *others]
-
-
-def _roots(given: Any, name: str) -> Any:
-    """Return finite roots in a row, closed under conjugation."""
-    try:
-        roots = np.atleast_1d(np.asarray(given)).astype(complex)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} are {_shown(given)}; give numbers in a row") from None
-    if roots.ndim != 1 or not np.isfinite(roots).all():
-        raise ParameterError(f"{name} are {_shown(given)}; give finite numbers in a row")
-    upper, lower = (np.sort_complex(x[x.imag > 0]) for x in (roots, roots.conj()))
-    if not _alike(upper, lower):
-        raise ParameterError(f"{name} are {_shown(given)}; give complex ones with their conjugates")
-    return roots
-
-
-def _alike(upper: Any, lower: Any) -> bool:
-    """Return whether every root of one set has its own in the other, to rounding."""
-    left = list(lower)
-    for root in upper:
-        if not left:
-            return False
-        nearest = min(left, key=lambda other: abs(other - root))
-        if abs(nearest - root) > CONJUGATE * abs(root):
-            return False
-        left.remove(nearest)
-    return not left

@@ -157,6 +157,12 @@ def closed_loop(
 ) -> list[Motion]:
     """Return the recorded motion of every controller, from rest on the reference.
 
+    Sections for joint 1, zeros, poles and gain for joint 2, and a torque that helps:
+
+    >>> sections = signal.zpk2sos([0.97, 0.2], [0.5, 0.1], 300.0)             # (1, 6)
+    >>> helped = replace(reference, torque=torque)                            # (K+1, 2) [N m]
+    >>> motion, = closed_loop(plant, setting("none"), helped, [(sections, ([0.95], [0.5], 3.0))])
+
     Args: as `evaluate`; energy: whether to compute it, which costs more than all else.
     """
     if stride < 1:

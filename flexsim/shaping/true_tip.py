@@ -89,11 +89,17 @@ def shaped_reference(
 
     Raises:
         ParameterError: lead is negative or not finite, the inversion does not exist or converge,
-            a filter cannot be inverted, or there is a dither but no filters or friction.
+            a filter cannot be inverted, there is a dither but no filters or friction, or the
+            reference has a torque.
     """
     period = float(reference.time[1] - reference.time[0])
     if not 0 <= lead < math.inf:
         raise ParameterError(f"lead is {lead} s; give 0 or more")
+    if reference.torque is not None:
+        raise ParameterError(
+            "the reference has a torque fed forward, which shaping knows nothing of; "
+            "shape it without, and add the torque to what comes back"
+        )
     if dither and (filters is None or friction is None):
         raise ParameterError("a dither needs the filters it passes and the friction it overcomes")
     extra = round(lead / period)

@@ -296,6 +296,8 @@ def test_what_cannot_be_shaped_is_refused(modes_plant: AssumedModesPlant) -> Non
     for lead in (-0.1, math.nan, math.inf):
         with pytest.raises(ParameterError, match="lead"):
             shaped_reference(ref, modes_plant, lead)
+    with pytest.raises(ParameterError, match="torque fed forward"):
+        shaped_reference(replace(ref, torque=np.zeros_like(ref.joint)), modes_plant)
     difference = (np.array([1.0, -1.0]), np.ones(1))
     with pytest.raises(ParameterError, match="joint 1 passes nothing"):
         shaped_reference(ref, modes_plant, filters=(difference, difference))
