@@ -43,6 +43,7 @@ from studies.parity.beam_checks import (
     model_checks,
     tried,
 )
+from studies.parity.closed_form import parted
 from studies.parity.motions import AMPLITUDES, BRISK, DURATION, GENTLE, POSE, fitting_torque
 from studies.parity.side_by_side import source_of, stands_for
 
@@ -104,6 +105,8 @@ def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
         if not default:
             checks += tried("models", lambda: model_checks(stands, modes, chain, limits))
         checks += motion_checks(modes, chain, limits, seed)
+    parting = parted(chain, seed)
+    checks.append(check(parting.name, parting.apart, parting.limit, "rad"))
     return CrosscheckResult(source_of(robot), tuple(checks), remarks(robot, stands))
 
 

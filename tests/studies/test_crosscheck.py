@@ -85,7 +85,7 @@ def failures(folder: Path, text: str, beam: Any = "analytic") -> list[str]:
 
 def test_default_chain_holds(checks: dict[str, Check]) -> None:
     held = [check for check in checks.values() if check.limit is not None]
-    assert len(held) == 9
+    assert len(held) == 10
     assert all(check.ok and check.limit and 0 <= check.value <= check.limit for check in held)
     assert CrosscheckResult("", tuple(held)).ok
     assert not CrosscheckResult("", (*held, Check("", 2.0, 1.0, False))).ok
