@@ -34,6 +34,7 @@ from studies.tuning.individuals import MS_PER_S, ControllerDesign
 from studies.tuning.problem import Problem
 
 WHOLE = 5.0  # [s] of the trajectory, for a single controller
+BRIEF = 0.5  # [s] of what costs most: a few ms of a clock, so that some go undisturbed
 TASK = "circle"  # trajectory and controllers of the closed loops
 IDEAL = "none"  # setting: no friction but F, no limit
 PAPERS = GeneticSettings()  # budget of the tuning
@@ -111,7 +112,7 @@ def bare_run(chain: ChainPlant, in_python: bool = False) -> Run:
     """Return a function that only steps the same MJCF, compiled or from Python."""
     model = chain.chain.model
     data = mujoco.MjData(model)
-    steps = round((1 if in_python else 5) / chain.step)
+    steps = round(BRIEF / chain.step)
     model_address, data_address = model._address, data._address
 
     def once() -> float:
