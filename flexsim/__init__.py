@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from flexsim.arm.parameters import Parameters
     from flexsim.errors import DivergenceError, FlexsimError, ModelError, ParameterError, RunError
     from flexsim.loop.friction import Friction
+    from flexsim.loop.hardware import HARDWARE, Hardware
     from flexsim.loop.metrics import envelope_half_width, measures, performance_index
     from flexsim.loop.motion import Motion
     from flexsim.loop.runs import closed_loop, drive, evaluate, measure
@@ -49,6 +50,8 @@ _HOMES = {  # name: the module that it is loaded from, as above
     "ParameterError": "errors",
     "RunError": "errors",
     "Friction": "loop.friction",
+    "HARDWARE": "loop.hardware",
+    "Hardware": "loop.hardware",
     "envelope_half_width": "loop.metrics",
     "measures": "loop.metrics",
     "performance_index": "loop.metrics",
@@ -76,6 +79,7 @@ _HOMES = {  # name: the module that it is loaded from, as above
 }
 
 __all__ = [  # the type checker wants them written out
+    "HARDWARE",
     "MODELS",
     "SETTINGS",
     "TRAJECTORIES",
@@ -84,6 +88,7 @@ __all__ = [  # the type checker wants them written out
     "DivergenceError",
     "FlexsimError",
     "Friction",
+    "Hardware",
     "ModelError",
     "Motion",
     "ParameterError",

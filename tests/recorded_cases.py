@@ -69,6 +69,8 @@ def made_up_motion(
         "state": np.column_stack([position, np.gradient(position, STEP, axis=0)]),
         "torque": np.column_stack([np.sin(3 * time), 0.3 * np.cos(5 * time)]),
         "error": np.zeros((samples, 2)),
+        "applied": np.column_stack([np.sin(3 * time), 0.3 * np.cos(5 * time)]),
+        "measured": np.column_stack([joint, v[:, -1]]),
         "joint": joint,
         "v": v[:, -1],
         "tip": beam[:, -1],

@@ -11,6 +11,7 @@ import numpy as np
 
 from flexsim.linear.loop_poles import LoopOptions, small_signal
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import IDEAL, Hardware
 from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -36,11 +37,14 @@ def loop_options(
     period: float,
     hold: str = "stepped",
     torque_gain: tuple[float, float] | None = None,
+    hardware: Hardware = IDEAL,
 ) -> LoopOptions:
     """Return how a loop is linearised: with the friction's slopes, or with the torque gain given.
+
+    Of the hardware, delay and lag count.
 
     Raises:
         ParameterError: an unknown hold, or a torque gain that is not finite.
     """
     gain, damping = small_signal(friction)
-    return LoopOptions(period, V_GAIN, torque_gain or gain, damping, hold)
+    return LoopOptions(period, V_GAIN, torque_gain or gain, damping, hold, hardware)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from flexsim.errors import ParameterError
+from flexsim.loop.hardware import lag_factors
 from flexsim.numerics.clocks import whole_substeps
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -50,21 +51,27 @@ def linearise(
     return replace(linear, D=D)
 
 
-def zero_order_hold(linear: LinearPlant, period: float) -> tuple[Array, Array]:
-    """Return (Ad, Bd), the exact motion over one period with the torques held.
+def zero_order_hold(linear: LinearPlant, period: float, lag: float = 0.0) -> tuple[Array, Array]:
+    """Return (Ad, Bd), the exact motion over one period with the torques' commands held.
 
     Args:
         linear: with n = 2m states. period: [s].
+        lag: time constant of the motors [s], which are then two more states: their torques [N m].
 
     Returns:
-        (n, n) and (n, 2).
+        (n, n) and (n, 2), n + 2 with a lag.
 
     Raises:
         ParameterError: the period is not a finite number over 0.
     """
     if not 0 < period < math.inf:
         raise ParameterError(f"control period is {period} s; give more than 0")
-    return _split(expm(_augmented(linear) * period), len(linear.A))
+    X, n = _augmented(linear), len(linear.A)
+    if lag > 0:  # tau' = (u - tau) / lag
+        X = np.pad(X, ((0, 2), (0, 2)))
+        X[n : n + 2, n:] = np.hstack([-np.eye(2), np.eye(2)]) / lag
+        n += 2
+    return _split(expm(X * period), n)
 
 
 def stepped_hold(
@@ -73,6 +80,7 @@ def stepped_hold(
     step: float,
     integrator: str = "RK4",
     held_friction: ArrayLike = (0.0, 0.0),
+    lag: float = 0.0,
 ) -> tuple[Array, Array]:
     """Return (Ad, Bd) as the simulation steps the plant over one period, `period/step` times.
 
@@ -84,6 +92,8 @@ def stepped_hold(
         integrator: of the plant.
         held_friction: (2,) viscous friction that takes from the torques at the motors what the
             joints' rates at the start of a step give [N m s/rad], as `flexsim.loop.friction` does.
+        lag: time constant of the motors [s], which are then two more states; a step gets the mean
+            of their torques over it, as `flexsim.loop.hardware` does.
 
     Raises:
         ParameterError: the period is no whole multiple of the step.
@@ -102,6 +112,14 @@ def stepped_hold(
         rate = np.linalg.solve(ahead, np.hstack([-h * K, M, h * linear.S]))  # (m, n+2)
         X = np.vstack([np.eye(m, n + 2) + h * rate, rate, np.eye(2, n + 2, n)])
     X[:n, m : m + 2] -= X[:n, n:] * np.asarray(held_friction, dtype=float)
+    if lag > 0:
+        decay, mean = lag_factors(lag, step)
+        into, one = X[:, n:].copy(), np.eye(2)
+        X = np.pad(X, ((0, 2), (0, 2)))
+        X[:n, n:] = np.hstack([mean * into[:n], (1 - mean) * into[:n]])
+        X[n : n + 2, n:] = np.hstack([decay * one, (1 - decay) * one])
+        X[n + 2 :, n:] = np.hstack([0 * one, one])
+        n += 2
     return _split(np.linalg.matrix_power(X, substeps), n)
 
 

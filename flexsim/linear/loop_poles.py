@@ -17,7 +17,7 @@ describing function of the dead zone (0 inside, rising beyond) is to be read.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ from flexsim.linear.controller_space import controller_space
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.loop.control import Controllers
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import IDEAL, Hardware, lag_factors
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -47,6 +48,8 @@ class LoopOptions:
         torque_gain: per joint, effective torque over commanded torque [-]; 1 without friction.
         joint_damping: per joint, viscous friction taken from the torque at the motor [N m s/rad].
         hold: 'exact' (matrix exponential) or 'stepped' (as the plant's own integrator does it).
+        hardware: whose delay and lag are states of the loop; a linear model knows neither counts
+            nor limits, and noise does not move its poles.
 
     Raises:
         ParameterError: an unknown hold, or a torque gain that is not finite.
@@ -57,6 +60,7 @@ class LoopOptions:
     torque_gain: tuple[float, float] = (1.0, 1.0)
     joint_damping: tuple[float, float] = (0.0, 0.0)
     hold: str = "exact"
+    hardware: Hardware = IDEAL
 
     def __post_init__(self) -> None:
         if self.hold not in HOLDS:
@@ -87,11 +91,15 @@ def small_signal(friction: Friction) -> tuple[tuple[float, float], tuple[float, 
 
 @dataclass(frozen=True, eq=False)
 class SampledPlant:
-    """A plant over one control period, with the loop's measurements, the reference at zero.
+    """A plant over one control period behind its hardware, with the loop's measurements.
+
+    States are the plant's, then the lagging motors' torques, with their gains, if there is a lag,
+    then the commands that wait, those of both joints one sample ago first. The reference is at
+    zero.
 
     Attributes:
         A: (n, n), B: (n, 2) with the torque gains. C: (3, n) to the joints' errors and v.
-        period: [s]. linear: what was discretised.
+        period: [s]. linear: what was discretised. options: how.
     """
 
     A: Array
@@ -99,6 +107,21 @@ class SampledPlant:
     C: Array
     period: float
     linear: LinearPlant
+    options: LoopOptions = field(default_factory=LoopOptions)
+
+    def motor_states(self, torques: Array) -> Array:
+        """Return what waits or lags (K, n - plant's) at every sample, of commands (K, 2) [N m]."""
+        delay, lag = self.options.hardware.delay, self.options.hardware.lag
+        waiting = np.vstack([np.zeros((delay, 2)), torques])  # row k + delay is of sample k
+        columns = [waiting[delay - i : len(waiting) - i] for i in range(1, delay + 1)]
+        if lag > 0:
+            decay, _ = lag_factors(lag, self.period)
+            motor = np.zeros_like(torques)
+            gained = waiting * np.array(self.options.torque_gain)
+            for k, command in enumerate(gained[: len(torques) - 1]):
+                motor[k + 1] = command + decay * (motor[k] - command)
+            columns.insert(0, motor)
+        return np.hstack([*columns, np.zeros((len(torques), 0))])
 
 
 def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = None) -> SampledPlant:
@@ -110,14 +133,29 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
     o = options or LoopOptions()
     if o.hold == "stepped":
         linear = linearise(plant, theta2)
-        how = (o.period, plant.step, plant.integrator, o.joint_damping)
+        how = (o.period, plant.step, plant.integrator, o.joint_damping, o.hardware.lag)
         A, B = stepped_hold(linear, *how)
     else:
         linear = linearise(plant, theta2, o.joint_damping)
-        A, B = zero_order_hold(linear, o.period)
+        A, B = zero_order_hold(linear, o.period, o.hardware.lag)
     C = np.vstack([-linear.C[:2], linear.C[2:3]])
     C[1] -= o.v_gain / plant.parameters.reach * linear.C[2]  # atan(v/(r+L)), linear
-    return SampledPlant(A, B * np.array(o.torque_gain), C, o.period, linear)
+    lagging = np.zeros((len(C), len(A) - C.shape[1]))
+    A, B, C = delayed(A, B * np.array(o.torque_gain), np.hstack([C, lagging]), o.hardware.delay)
+    return SampledPlant(A, B, C, o.period, linear, o)
+
+
+def delayed(A: Array, B: Array, C: Array, delay: int) -> tuple[Array, Array, Array]:
+    """Return a sampled plant (A, B, C) whose two inputs arrive whole samples later, states last."""
+    if delay == 0:
+        return A, B, C
+    n, more = len(A), 2 * delay
+    later = np.zeros((n + more, n + more))
+    later[:n, :n], later[:n, -2:] = A, B
+    later[n + 2 :, n:-2] = np.eye(more - 2)
+    into = np.zeros((n + more, 2))
+    into[n : n + 2] = np.eye(2)
+    return later, into, np.hstack([C, np.zeros((len(C), more))])
 
 
 def wanted_torques(sampled: SampledPlant, controllers: Controllers) -> Array:

@@ -19,6 +19,16 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.loop.control import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
+from flexsim.loop.hardware import (
+    IDEAL,
+    Hardware,
+    HardwareNumbers,
+    commands,
+    mean_torque,
+    measured,
+    motor_step,
+    waiting_room,
+)
 from flexsim.loop.measuring import (
     NO_YARDSTICK,
     SUMS,
@@ -72,6 +82,8 @@ class Outcome(NamedTuple):
         states: (P, R, 2 m), torques, errors: (P, R, 2) at every stride-th sample, R = 0 unless
             recorded; nan after divergence.
         sums: (P, SUMS) of `flexsim.loop.measuring`; (P, 0) unless measured.
+        applied: (P, R, 2) what the motors give, on average over the period, ahead of friction.
+        measured: (P, R, 3) theta1, theta2 and v as the controllers get them.
     """
 
     indices: Array
@@ -80,6 +92,8 @@ class Outcome(NamedTuple):
     torques: Array
     errors: Array
     sums: Array
+    applied: Array
+    measured: Array
 
 
 @jit
@@ -123,6 +137,7 @@ def run_one(  # type: ignore[no-untyped-def]
     plant,
     slot,
     friction: FrictionNumbers,
+    h: HardwareNumbers,
     loop: Loop,
     controllers: Controllers,
     i,
@@ -134,14 +149,20 @@ def run_one(  # type: ignore[no-untyped-def]
     errors,
     sums,
     waiting,
+    applied,
+    seen,
 ):
     """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
 
     Args:
-        controllers, i: of all runs, and which of them is this run's.
-        stride: record every stride-th sample into states, torques, errors; 0 records nothing.
+        controllers, i: of all runs, and which of them is this run's; i decides its noise, too.
+        h: hardware.
+        stride: record every stride-th sample into states, torques, errors, applied and seen (what
+            was measured); 0 records nothing.
         yard: what is measured into sums, points still waiting; nothing if it has no points.
     """
+    late = waiting_room(h)  # commands on their way
+    x1 = x2 = 0.0  # torques of the motors, where they lag [N m]
     m = state.shape[0] // 2
     work = work_space(m)
     z = np.zeros(controllers.b.shape[1:])
@@ -156,13 +177,17 @@ def run_one(  # type: ignore[no-untyped-def]
         x, y = tip_of(loop, state, along, v)
         dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
-        e1 = loop.joint[k, 0] - state[0]
-        e2 = loop.joint[k, 1] - (state[1] + loop.v_gain * np.arctan(v / loop.reach))
-        u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v)
+        th1, th2, v_seen = measured(h, i, k, state[0], state[1], v)
+        e1 = loop.joint[k, 0] - th1
+        e2 = loop.joint[k, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
+        u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v_seen)
         if loop.torque.shape[0] > 0:
             u1, u2 = u1 + loop.torque[k, 0], u2 + loop.torque[k, 1]
+        c1, c2 = commands(h, late, k, u1, u2, friction.limit_1, friction.limit_2)
         if stride > 0 and k % stride == 0:
             row = k // stride
+            applied[row, 0], applied[row, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+            seen[row, 0], seen[row, 1], seen[row, 2] = th1, th2, v_seen
             states[row, :] = state
             torques[row, 0], torques[row, 1] = u1, u2
             errors[row, 0], errors[row, 1] = e1, e2
@@ -173,7 +198,9 @@ def run_one(  # type: ignore[no-untyped-def]
         if not (np.isfinite(u1) and np.isfinite(u2)):
             return np.inf, k * loop.period
         for _ in range(loop.substeps):
-            tau_1, tau_2 = joint_torques(friction, u1, u2, state[m], state[m + 1])
+            m1, x1 = motor_step(h, c1, x1)
+            m2, x2 = motor_step(h, c2, x2)
+            tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return np.inf, k * loop.period
             physics_step(plant, slot, state, tau_1, tau_2, work)
@@ -184,6 +211,7 @@ def run_one(  # type: ignore[no-untyped-def]
 def _run_all(  # type: ignore[no-untyped-def]
     plant,
     friction,
+    h,
     loop,
     controllers,
     initial,
@@ -195,6 +223,8 @@ def _run_all(  # type: ignore[no-untyped-def]
     torques,
     errors,
     sums,
+    applied,
+    seen,
 ):
     """Fill the outcome arrays, one individual per iteration of the threaded loop."""
     for i in numba.prange(controllers.b.shape[0]):
@@ -203,6 +233,7 @@ def _run_all(  # type: ignore[no-untyped-def]
             plant,
             get_thread_id(),
             friction,
+            h,
             loop,
             controllers,
             i,
@@ -214,6 +245,8 @@ def _run_all(  # type: ignore[no-untyped-def]
             errors[i],
             sums[i],
             waiting,
+            applied[i],
+            seen[i],
         )
         if yard.points.shape[0] > 0:
             settle(yard, sums[i], waiting)
@@ -228,6 +261,8 @@ def run_population(
     stride: int = 0,
     threads: int | None = None,
     yard: Yardstick = NO_YARDSTICK,
+    hardware: Hardware = IDEAL,
+    same_noise: bool = False,
 ) -> Outcome:
     """Return the outcome of every controller on one plant.
 
@@ -239,6 +274,7 @@ def run_population(
         stride: record every stride-th sample; 0 records nothing.
         threads: number of threads; None for all that numba has.
         yard: what runs are measured against; nothing is unless it is given.
+        hardware: sensors, computer, motors. same_noise: whether all runs have the first's noise.
     """
     if stride < 0:
         raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
@@ -251,6 +287,8 @@ def run_population(
         np.full((runs, rows, 2), np.nan),
         np.full((runs, rows, 2), np.nan),
         np.zeros((runs, SUMS if len(yard.points) else 0)),
+        np.full((runs, rows, 2), np.nan),
+        np.full((runs, rows, 3), np.nan),
     )
     available = numba.get_num_threads()
     wanted = available if threads is None else threads
@@ -262,7 +300,8 @@ def run_population(
             plant.running(THREADS_MOST) as coefficients,
             numba.parallel_chunksize(1),
         ):
-            _run_all(coefficients, friction, loop, controllers, initial, stride, yard, *outcome)
+            h = hardware.numbers(loop.period, loop.substeps, same_noise)
+            _run_all(coefficients, friction, h, loop, controllers, initial, stride, yard, *outcome)
     finally:
         numba.set_num_threads(available)
     return outcome

@@ -24,6 +24,9 @@ class Motion:
             [rad], then the modal coordinates [m] or the hinge angles [rad].
         torque: (K, 2) torque commanded by the controllers from this sample on [N m].
         error: (K, 2) what the controllers see [rad].
+        applied: (K, 2) torque of the motors, on average until the next sample, ahead of friction:
+            the command as hardware delays, limits and smooths it [N m].
+        measured: (K, 3) theta1, theta2 [rad] and v [m] as the controllers get them.
         joint: (K, 2) theta1, theta2 [rad].
         v: (K,) tip deflection in the hub's frame [m].
         tip: (K, 2) true tip position [m].
@@ -39,6 +42,8 @@ class Motion:
     state: Array
     torque: Array
     error: Array
+    applied: Array
+    measured: Array
     joint: Array
     v: Array
     tip: Array

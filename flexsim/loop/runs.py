@@ -18,6 +18,12 @@ from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population
 from flexsim.loop.controllers import stack
 from flexsim.loop.friction import joint_torques
+from flexsim.loop.hardware import (
+    commands,
+    mean_torque,
+    motor_step,
+    waiting_room,
+)
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
@@ -97,6 +103,7 @@ def evaluate(
     stride: int = 0,
     threads: int | None = None,
     yard: Yardstick = NO_YARDSTICK,
+    same_noise: bool = False,
     **loop_options: Any,
 ) -> Outcome:
     """Return the outcome of every controller, without looking into the motions.
@@ -106,6 +113,7 @@ def evaluate(
         controllers: P of any linear kind, see `flexsim.loop.controllers`.
         stride: record every stride-th sample; 0 records nothing. threads: None for all.
         yard: what runs are measured against, see `measure`.
+        same_noise: whether all get the noise on v that the first has.
         loop_options: `v_gain`, `weights` of `loop_of`.
     """
     loop = loop_of(plant, reference, **loop_options)
@@ -118,6 +126,8 @@ def evaluate(
         stride,
         threads,
         yard,
+        setting.hardware,
+        same_noise,
     )
 
 
@@ -180,6 +190,8 @@ def closed_loop(
                 state=outcome.states[i, :rows],
                 torque=outcome.torques[i, :rows],
                 error=outcome.errors[i, :rows],
+                applied=outcome.applied[i, :rows],
+                measured=outcome.measured[i, :rows],
                 reference_tip=reference.tip[::stride][:rows],
                 reference_joint=reference.joint[::stride][:rows],
                 diverged=None if np.isnan(time) else float(time),
@@ -190,8 +202,13 @@ def closed_loop(
 
 
 @jit
-def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no-untyped-def]
-    """Fill states (K+1, 2 m) under torques (K, 2) held over a period each; return rows filled."""
+def _drive(plant, friction, h, state, torque, substeps, states, applied):  # type: ignore[no-untyped-def]
+    """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
+
+    Return the rows of states filled.
+    """
+    waiting = waiting_room(h)
+    x1 = x2 = 0.0
     m = state.shape[0] // 2
     work = work_space(m)
     for k in range(torque.shape[0] + 1):
@@ -199,10 +216,13 @@ def _drive(plant, friction, state, torque, substeps, states):  # type: ignore[no
         if not np.isfinite(np.sum(state)):
             return k
         if k < torque.shape[0]:
+            u1, u2 = torque[k, 0], torque[k, 1]
+            c1, c2 = commands(h, waiting, k, u1, u2, friction.limit_1, friction.limit_2)
+            applied[k, 0], applied[k, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
             for _ in range(substeps):
-                tau_1, tau_2 = joint_torques(
-                    friction, torque[k, 0], torque[k, 1], state[m], state[m + 1]
-                )
+                m1, x1 = motor_step(h, c1, x1)
+                m2, x2 = motor_step(h, c2, x2)
+                tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
                 if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                     return k
                 physics_step(plant, 0, state, tau_1, tau_2, work)
@@ -255,10 +275,11 @@ def drive(
         raise ParameterError(
             f"state has shape {start.shape}; the {plant.name} plant needs {rest.shape}, all finite"
         )
-    states = np.empty((len(tau) + 1, len(start)))
+    states, applied = np.empty((len(tau) + 1, len(start))), np.empty((len(tau), 2))
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
-        rows = _drive(coefficients, friction, start, tau, substeps, states)
+        built = setting.hardware.numbers(period, substeps)
+        rows = _drive(coefficients, friction, built, start, tau, substeps, states, applied)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)
@@ -271,12 +292,19 @@ def drive(
         plant=plant.name,
         time=period * np.arange(len(states), dtype=float),
         state=states,
-        torque=np.vstack([tau, tau[-1:]]) if len(tau) else np.zeros((1, 2)),
+        torque=_with_last(tau),
         error=unknown,
+        applied=_with_last(applied),
+        measured=np.full((len(states), 3), np.nan),
         reference_tip=unknown,
         reference_joint=unknown,
         **vars(plant.observe(states)),
     )
+
+
+def _with_last(rows: Array) -> Array:
+    """Return rows (K, 2) with the last once more, zeros if there is none."""
+    return np.vstack([rows, rows[-1:]]) if len(rows) else np.zeros((1, 2))
 
 
 def thread_count() -> int:

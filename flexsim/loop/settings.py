@@ -1,4 +1,4 @@
-"""Named settings for what the paper leaves open: friction's reading, torque limits, motors.
+"""Named settings for what the paper leaves open: friction's reading, limits, motors, hardware.
 
 >>> from flexsim.loop.settings import setting
 >>> setting("simulink").friction.law
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import IDEAL, Hardware
 
 V_GAIN = -1.0  # factor of atan(v/(r+L)) in the measured angle of joint 2, in the paper
 
@@ -23,8 +24,9 @@ class Setting:
     Attributes:
         name: as the command line names it.
         friction: friction law and torque limits.
-        I_m1, I_m2: inertias of the motors at the joints [kg m2]; None leaves the robot's own.
         meaning: one line for tables and help.
+        I_m1, I_m2: inertias of the motors at the joints [kg m2]; None leaves the robot's own.
+        hardware: sensors, computer and motors in the loop.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Setting:
     meaning: str
     I_m1: float | None = None
     I_m2: float | None = None
+    hardware: Hardware = IDEAL
 
     def applied(self, parameters: Parameters) -> Parameters:
         """Return the robot's parameters with this setting's motors."""
@@ -60,8 +63,8 @@ DEFAULT_SETTING = "simulink"  # the blocks that the paper's words point to
 FORMERLY = {"print": "jump", "joint": "opposing"}
 
 
-def setting(name: str) -> Setting:
-    """Return the named setting.
+def setting(name: str, hardware: Hardware = IDEAL) -> Setting:
+    """Return the named setting, with this hardware.
 
     Raises:
         ParameterError: there is none of that name.
@@ -70,4 +73,4 @@ def setting(name: str) -> Setting:
         raise ParameterError(f"setting {name!r} is called {FORMERLY[name]!r} now")
     if name not in SETTINGS:
         raise ParameterError(f"setting {name!r} is unknown; choose one of {', '.join(SETTINGS)}")
-    return SETTINGS[name]
+    return replace(SETTINGS[name], hardware=hardware)

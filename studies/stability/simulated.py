@@ -12,6 +12,7 @@ from flexsim.linear.loop_poles import LinearLoop, LoopOptions
 from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.control import Controllers
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import Hardware
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import Reference
@@ -61,7 +62,10 @@ def simulated_errors(
     chosen = Setting("linear", linear_friction(options), "a torque gain per joint")
     loop = loop_of(plant, ref, v_gain=options.v_gain)
     start = plant.rest_state(ref.joint[0])
-    outcome = run_population(plant, chosen.friction.numbers(), loop, controllers, start, stride=1)
+    linear = Hardware(delay=options.hardware.delay, lag=options.hardware.lag)
+    outcome = run_population(
+        plant, chosen.friction.numbers(), loop, controllers, start, stride=1, hardware=linear
+    )
     return outcome.states, outcome.torques, outcome.errors
 
 
@@ -84,14 +88,15 @@ def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> fl
     order = len(loop.matrix) - len(loop.sampled.A)
     samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + order
     theta2 = loop.sampled.linear.theta2
-    states, _, errors = simulated_errors(plant, theta2, loop.controllers, options, samples)
+    states, torques, errors = simulated_errors(plant, theta2, loop.controllers, options, samples)
     deviation = loop.sampled.linear.state(states[0]).copy()
     deviation[:, 1] -= theta2
+    motors = loop.sampled.motor_states(torques[0])
     measured = np.column_stack([errors[0], plant.observe(states[0], energy=False).v])
     delays = controller_states(loop.controllers, measured)
     values, vectors = np.linalg.eig(loop.matrix.T)
     left = vectors[:, np.argmax(np.abs(values))]
-    size = np.log(np.abs(np.hstack([deviation, delays]) @ left))[1:]
+    size = np.log(np.abs(np.hstack([deviation, motors, delays]) @ left))[1:]
     return float(np.polyfit(options.period * np.arange(len(size)), size, 1)[0])
 
 

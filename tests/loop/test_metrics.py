@@ -36,6 +36,8 @@ def motion(**columns: Any) -> Motion:
         state=np.zeros((k, 10)),
         torque=pair,
         error=pair,
+        applied=pair,
+        measured=np.zeros((k, 3)),
         joint=pair,
         v=one,
         tip=pair,

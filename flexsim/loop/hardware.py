@@ -1,0 +1,233 @@
+"""What stands between arm and controllers in a laboratory: sensors, computer, motors.
+
+    >>> from flexsim.loop.hardware import HARDWARE
+    >>> setting("simulink", HARDWARE["bench"])
+
+`ideal` is the paper's: measured, computed and applied in one instant. `bench` is *assumed*: numbers
+that a bench of this size would have. The order of things at a sample:
+
+1. theta1 and theta2 are read from encoders, rounded to a count; v carries noise;
+2. the controllers compute a command, which waits for `delay` samples;
+3. it is limited, to the lesser of the hardware's and the friction setting's limit;
+4. the motor follows with a first-order lag, and each physics step gets the mean of what the motor
+   gives over that step, exactly;
+5. friction, then the plant.
+
+Noise is a number per seed, run and sample (`flexsim.numerics.noise`): the same on every plant and
+any number of threads, another in each run of a population.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexsim.errors import ParameterError
+from flexsim.numerics.jit import jit
+from flexsim.numerics.noise import MASK, SEED_MOST, normal
+from flexsim.numerics.types import Array
+
+DELAY_MOST = 100  # samples, a tenth of a second at 1 kHz; the linear loop has two states for each
+
+
+def _whole(number: object) -> bool:
+    return isinstance(number, int | np.integer) and not isinstance(number, bool)
+
+
+@dataclass(frozen=True)
+class Hardware:
+    """Sensors, computer and motors; the defaults are the paper's ideal ones.
+
+    Attributes:
+        delay: from measurement to torque, whole samples.
+        torque_limit: largest torque of either motor [N m]; inf for none.
+        counts: of both joints' encoders, per turn; 0 for exact angles.
+        noise_v: root mean square of the noise on v [m].
+        lag: time constant of the motors' first-order lag [s].
+        seed: of the noise.
+
+    Raises:
+        ParameterError: a number out of range.
+    """
+
+    delay: int = 0
+    torque_limit: tuple[float, float] = (math.inf, math.inf)
+    counts: int = 0
+    noise_v: float = 0.0
+    lag: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not _whole(self.delay) or not 0 <= self.delay <= DELAY_MOST:
+            raise ParameterError(
+                f"hardware delay is {self.delay}; give a whole number of samples, 0 to {DELAY_MOST}"
+            )
+        if np.shape(self.torque_limit) != (2,) or not all(each > 0 for each in self.torque_limit):
+            raise ParameterError(
+                f"hardware torque limit is {self.torque_limit}; give two numbers above 0 [N m], "
+                "inf for none"
+            )
+        if not _whole(self.counts) or self.counts < 0:
+            raise ParameterError(
+                f"hardware counts are {self.counts}; give a whole number per turn, 0 for exact"
+            )
+        if not 0 <= self.noise_v < math.inf:
+            raise ParameterError(f"hardware noise is {self.noise_v} m; give 0 or more")
+        if not 0 <= self.lag < math.inf:
+            raise ParameterError(f"hardware lag is {self.lag} s; give 0 or more")
+        if not _whole(self.seed) or not 0 <= self.seed <= SEED_MOST:
+            raise ParameterError(f"seed of the noise is {self.seed}; give 0 to {SEED_MOST}")
+
+    @property
+    def ideal(self) -> bool:
+        """Whether nothing is in the way, whatever the seed."""
+        exact = self.counts == 0 and self.noise_v == 0.0
+        return exact and self.delay == 0 and self.lag == 0.0 and min(self.torque_limit) == math.inf
+
+    def words(self) -> str:
+        """Return it in words, for notes and tables."""
+        if self.ideal:
+            return "ideal"
+        one, other = self.torque_limit
+        parts = (
+            (self.delay, f"delay of {self.delay} sample{'s' * (self.delay != 1)}"),
+            (min(one, other) < math.inf, f"torques up to {one:g} and {other:g} N m"),
+            (self.counts, f"{self.counts} counts a turn"),
+            (self.noise_v, f"{1e3 * self.noise_v:g} mm rms of noise on v (seed {self.seed})"),
+            (self.lag, f"motor lag of {1e3 * self.lag:g} ms"),
+        )
+        return ", ".join(text for there, text in parts if there)
+
+    def numbers(self, period: float, substeps: int, same_noise: bool = False) -> HardwareNumbers:
+        """Return the numbers as the compiled loop reads them.
+
+        Args:
+            period: control period [s], of `substeps` physics steps.
+            same_noise: whether all runs of a population get the noise of the first.
+        """
+        decay, mean = lag_factors(self.lag, period / substeps)
+        return HardwareNumbers(
+            self.ideal,
+            int(self.delay),
+            float(self.torque_limit[0]),
+            float(self.torque_limit[1]),
+            2 * math.pi / self.counts if self.counts else 0.0,
+            float(self.noise_v),
+            self.lag > 0,
+            decay,
+            mean,
+            lag_factors(self.lag, period)[1],
+            int(self.seed),
+            same_noise,
+        )
+
+
+IDEAL = Hardware()
+HARDWARE = {
+    "ideal": IDEAL,
+    "bench": Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4),  # *assumed*
+}
+
+
+def hardware(name: str) -> Hardware:
+    """Return the named hardware.
+
+    Raises:
+        ParameterError: there is none of that name.
+    """
+    if name not in HARDWARE:
+        raise ParameterError(f"hardware {name!r} is unknown; choose one of {', '.join(HARDWARE)}")
+    return HARDWARE[name]
+
+
+def lag_factors(lag: float, time: float) -> tuple[float, float]:
+    """Return what is left of a motor's distance from its command after a time, and on average.
+
+    x(t) - u = (x(0) - u) e^(-t/lag) under a command u held; (0, 0) without a lag.
+
+    Args:
+        lag, time: [s].
+    """
+    if lag == 0.0:
+        return 0.0, 0.0
+    return math.exp(-time / lag), -math.expm1(-time / lag) * lag / time
+
+
+class HardwareNumbers(NamedTuple):
+    """A `Hardware` as plain numbers, for compiled code.
+
+    Attributes:
+        quantum: angle of a count [rad], 0 for exact. lagging: whether there is a lag.
+        decay, mean: `lag_factors` over a physics step; mean_period: the second over a period.
+    """
+
+    ideal: bool
+    delay: int
+    limit_1: float
+    limit_2: float
+    quantum: float
+    noise_v: float
+    lagging: bool
+    decay: float
+    mean: float
+    mean_period: float
+    seed: int
+    same_noise: bool
+
+
+@jit
+def measured(h: HardwareNumbers, run: int, sample: int, theta1: float, theta2: float, v: float):  # type: ignore[no-untyped-def]
+    """Return theta1, theta2 [rad] and v [m] as the controllers get them."""
+    if h.ideal:
+        return theta1, theta2, v
+    if h.quantum > 0.0:
+        theta1 = h.quantum * np.floor(theta1 / h.quantum + 0.5)
+        theta2 = h.quantum * np.floor(theta2 / h.quantum + 0.5)
+    if h.noise_v > 0.0:
+        number = 0 if h.same_noise else run & MASK  # a prange's index is unsigned, else a float
+        v += h.noise_v * normal(h.seed, number, sample)
+    return theta1, theta2, v
+
+
+@jit
+def waiting_room(h: HardwareNumbers) -> Array:
+    """Return room (delay, 2) for the commands that wait, at first zero."""
+    return np.zeros((h.delay, 2))
+
+
+@jit
+def commands(h: HardwareNumbers, waiting: Array, sample: int, u1: float, u2: float, f1, f2):  # type: ignore[no-untyped-def]
+    """Return the commands that reach the motors: those of `delay` samples ago, limited [N m].
+
+    Args:
+        waiting: of `waiting_room`, overwritten. u1, u2: of the controllers, now.
+        f1, f2: limits of the friction setting; the lesser of these and the hardware's holds.
+    """
+    if h.delay > 0:
+        row = sample % h.delay
+        now1, now2 = u1, u2
+        u1, u2 = waiting[row, 0], waiting[row, 1]
+        waiting[row, 0], waiting[row, 1] = now1, now2
+    limit_1, limit_2 = min(h.limit_1, f1), min(h.limit_2, f2)
+    return min(max(u1, -limit_1), limit_1), min(max(u2, -limit_2), limit_2)
+
+
+@jit
+def motor_step(h: HardwareNumbers, u: float, x: float):  # type: ignore[no-untyped-def]
+    """Return a motor's mean torque over a physics step, and its torque at the end [N m].
+
+    Args:
+        u: command, held. x: the motor's torque at the start.
+    """
+    if not h.lagging:
+        return u, u
+    return u + h.mean * (x - u), u + h.decay * (x - u)
+
+
+@jit
+def mean_torque(h: HardwareNumbers, u: float, x: float) -> float:
+    """Return a motor's mean torque over a control period [N m]; arguments as of `motor_step`."""
+    return u + h.mean_period * (x - u)

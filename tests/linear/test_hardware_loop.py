@@ -1,0 +1,129 @@
+"""Delay and lag in the linear loop: against the simulation, in other forms, known facts."""
+
+import numpy as np
+import pytest
+
+from controllers import TUNED
+from flexsim import Parameters, Plant
+from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
+from flexsim.linear.loop_poles import LoopOptions, linear_loop, sampled_plant, spectral_radii
+from flexsim.linear.margins import margins
+from flexsim.loop.controllers import stack
+from flexsim.loop.hardware import Hardware
+from flexsim.plants.modes_plant import AssumedModesPlant
+from studies.stability.simulated import simulated_growth
+
+PERIOD, POSE = 1e-3, 1.5
+NAMES = tuple(TUNED)
+SIMULATED = 1e-6  # relative to the rate, or to 1/s: what a tiny nonlinear motion shows of it
+SAME = 1e-9  # the same matrix in another form
+BUILT = {
+    "delay": Hardware(delay=1),
+    "delays": Hardware(delay=3),
+    "lag": Hardware(lag=1e-3),
+    "slight": Hardware(lag=5e-5),
+    "both": Hardware(delay=2, lag=2e-4),
+}
+
+
+def growth(plant: Plant, name: str, built: Hardware, hold: str = "exact") -> float:
+    controllers = stack([TUNED[name]], PERIOD)
+    options = LoopOptions(PERIOD, hold=hold, hardware=built)
+    return linear_loop(plant, POSE, controllers, options).growth_rate
+
+
+@pytest.mark.parametrize("gain", [(1.0, 1.0), (0.5, 0.8)], ids=["whole", "lessened"])
+@pytest.mark.parametrize("built", BUILT)
+def test_growth_is_the_simulations(built: str, gain: tuple[float, float], plant: Plant) -> None:
+    options = LoopOptions(PERIOD, torque_gain=gain, hold="stepped", hardware=BUILT[built])
+    loop = linear_loop(plant, POSE, stack([TUNED["line"]], PERIOD), options)
+    found = simulated_growth(plant, loop, options)
+    assert found == pytest.approx(loop.growth_rate, rel=SIMULATED, abs=SIMULATED)
+
+
+def test_half_steps_of_physics_are_lagged_as_simulated() -> None:
+    plant = AssumedModesPlant(Parameters(), step=PERIOD / 2)
+    options = LoopOptions(PERIOD, hold="stepped", hardware=Hardware(delay=1, lag=7e-4))
+    loop = linear_loop(plant, POSE, stack([TUNED["circle"]], PERIOD), options)
+    found = simulated_growth(plant, loop, options)
+    assert found == pytest.approx(loop.growth_rate, rel=SIMULATED, abs=SIMULATED)
+
+
+@pytest.mark.parametrize("hold", ["exact", "stepped"])
+def test_a_delay_is_as_many_zeros_before_the_filters_taps(plant: Plant, hold: str) -> None:
+    pair = TUNED["two-loop"].filters(PERIOD)
+    for delay in (1, 4):
+        late = tuple((np.concatenate([np.zeros(delay), b]), a) for b, a in pair)
+        options = LoopOptions(PERIOD, hold=hold, hardware=Hardware(delay=delay))
+        found = spectral_radii(plant, POSE, stack([pair], PERIOD), options)
+        ideal = LoopOptions(PERIOD, hold=hold)
+        assert found == pytest.approx(
+            spectral_radii(plant, POSE, stack([late], PERIOD), ideal), rel=SAME
+        )
+
+
+def test_margins_see_the_delay(modes_plant: AssumedModesPlant) -> None:
+    pair = TUNED["circle"].filters(PERIOD)
+    quiet = tuple((g * b, a) for g, (b, a) in zip((1.0, 0.05), pair, strict=True))
+    late = tuple((np.concatenate([[0.0], b]), a) for b, a in quiet)
+    built = LoopOptions(PERIOD, hardware=Hardware(delay=1))
+    for joint in (0, 1):
+        found = margins(linear_loop(modes_plant, POSE, stack([quiet], PERIOD), built), joint)
+        other = margins(
+            linear_loop(modes_plant, POSE, stack([late], PERIOD), LoopOptions(PERIOD)), joint
+        )
+        assert vars(found) == pytest.approx(vars(other), rel=1e-5)
+        ideal = margins(
+            linear_loop(modes_plant, POSE, stack([quiet], PERIOD), LoopOptions(PERIOD)), joint
+        )
+        assert ideal.gain_high != pytest.approx(found.gain_high, rel=0.01)
+
+
+def test_a_lag_held_in_steps_converges_on_the_exact_one(modes_plant: AssumedModesPlant) -> None:
+    """A mean held over a step is right to second order."""
+    linear, lag = linearise(modes_plant, POSE), 4e-4
+    exact = np.hstack(zero_order_hold(linear, PERIOD, lag))
+    steps = PERIOD / np.array([8, 16, 32])
+    held = [np.hstack(stepped_hold(linear, PERIOD, h, lag=lag)) for h in steps]
+    off = [np.abs(each - exact).max() for each in held]
+    order = np.polyfit(np.log(steps), np.log(off), 1)[0]
+    assert order == pytest.approx(2, abs=0.1)
+
+
+def test_states_of_the_motors_are_what_the_matrix_makes_of_commands(
+    modes_plant: AssumedModesPlant,
+) -> None:
+    options = LoopOptions(PERIOD, hardware=Hardware(delay=3, lag=2e-3), torque_gain=(0.3, 1.2))
+    sampled = sampled_plant(modes_plant, POSE, options)
+    torques = np.random.default_rng(2).standard_normal((12, 2))
+    n = len(sampled.linear.A)
+    state, expected = np.zeros(len(sampled.A)), []
+    for torque in torques:
+        expected.append(state[n:])
+        state = sampled.A @ state + sampled.B @ torque
+    found = sampled.motor_states(torques)
+    assert found.shape == (12, 2 + 6)
+    assert found == pytest.approx(np.array(expected), abs=1e-13)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_one_sample_of_delay_or_a_lag_of_1_ms_makes_our_loops_grow(
+    name: str, modes_plant: AssumedModesPlant
+) -> None:
+    controllers = stack([TUNED[name]], PERIOD)
+    options = LoopOptions(PERIOD, hardware=Hardware(delay=1))
+    loop = linear_loop(modes_plant, POSE, controllers, options)
+    assert 46 < loop.growth_rate < 52  # measured elsewhere: 46 to 51 1/s, at 69.6 Hz
+    hz = abs(np.angle(loop.poles[0])) / PERIOD / (2 * np.pi)
+    assert hz == pytest.approx(69.6, abs=0.3)
+    assert growth(modes_plant, name, Hardware(lag=1e-3)) > 30
+
+
+@pytest.mark.parametrize(
+    ("name", "borne", "not_borne"), [("line", 2e-5, 5e-5), ("circle", 1e-4, 2e-4)]
+)
+def test_how_much_lag_a_loop_bears(
+    name: str, borne: float, not_borne: float, modes_plant: AssumedModesPlant
+) -> None:
+    assert growth(modes_plant, name, Hardware(lag=borne)) < 0
+    assert growth(modes_plant, name, Hardware(lag=not_borne)) > 0.05
