@@ -20,8 +20,8 @@ any number of threads, another in each run of a population.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -132,7 +132,7 @@ HARDWARE = {
 }
 
 
-def hardware(name: str) -> Hardware:
+def named(name: str) -> Hardware:
     """Return the named hardware.
 
     Raises:
@@ -141,6 +141,31 @@ def hardware(name: str) -> Hardware:
     if name not in HARDWARE:
         raise ParameterError(f"hardware {name!r} is unknown; choose one of {', '.join(HARDWARE)}")
     return HARDWARE[name]
+
+
+def overridden(
+    hardware: str,
+    hardware_delay: int | None = None,
+    hardware_torque_limit: tuple[float, float] | None = None,
+    hardware_counts: int | None = None,
+    hardware_noise: float | None = None,
+    hardware_lag: float | None = None,
+    seed: int = 0,
+) -> Hardware:
+    """Return the named hardware, with those of its numbers that are given.
+
+    Raises:
+        ParameterError: there is none of that name, or a number is out of range.
+    """
+    given = {
+        "delay": hardware_delay,
+        "torque_limit": hardware_torque_limit,
+        "counts": hardware_counts,
+        "noise_v": hardware_noise,
+        "lag": hardware_lag,
+    }
+    changes: dict[str, Any] = {name: x for name, x in given.items() if x is not None}
+    return replace(named(hardware), seed=seed, **changes)
 
 
 def lag_factors(lag: float, time: float) -> tuple[float, float]:

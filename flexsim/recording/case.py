@@ -27,6 +27,7 @@ class Case:
         motions: by the plant's name; at least one. Of two, the difference is shown.
         chain_model: the compiled MJCF whose geometry draws the plant 'chain'; without it the
             chain is drawn as other arms are.
+        hardware: in words, see `flexsim.loop.hardware`.
         reference: all of it, also after a divergence; without it, as far as the longer motion.
 
     Raises:
@@ -40,6 +41,7 @@ class Case:
     motions: Mapping[str, Motion]
     chain_model: mujoco.MjModel | None = None
     reference: Reference | None = None
+    hardware: str = "ideal"
 
     def __post_init__(self) -> None:
         """Refuse what could not be recorded."""

@@ -42,6 +42,7 @@ def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
     digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
     for case in cases:
         digest.update(f"{case.name} {case.trajectory} {case.controllers} {case.setting}".encode())
+        digest.update(case.hardware.encode())
         for plant, motion in case.motions.items():
             digest.update(plant.encode() + np.ascontiguousarray(motion.state).tobytes())
     return uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
@@ -61,6 +62,7 @@ def _notes(case: Case) -> str:
         ("trajectory", case.trajectory),
         ("controllers", case.controllers),
         ("setting", case.setting),
+        ("hardware", case.hardware),
         *((spoken(plant), _outcome(motion)) for plant, motion in case.motions.items()),
     ]
     return (
@@ -114,6 +116,7 @@ def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) ->
         "trajectory": case.trajectory,
         "controllers": case.controllers,
         "setting": case.setting,
+        "hardware": case.hardware,
     }
     for plant, motion in case.motions.items():
         if motion.diverged is not None:

@@ -20,6 +20,7 @@ from flexsim.numerics.types import Array
 
 TIMELINE = "simulation_time"  # [s]
 MM = 1000.0  # [mm/m]
+UNCHANGED = 1e-9  # what a chain's v differs by when it is computed in another way, and less
 ASSUMED_MODES, CHAIN = "assumed-modes", "chain"
 USUAL_PAIR = "chain minus assumed modes"
 PANELS = {
@@ -115,6 +116,23 @@ def _differences(motions: Mapping[str, Motion]) -> list[Trace]:
     ]
 
 
+def _through_hardware(plant: str, motion: Motion) -> list[Trace]:
+    """Return what hardware made of commands and measurements, where it made something of them."""
+    name, angles, v = spoken(plant), motion.measured[:, :2], motion.measured[:, 2]
+    seen = tuple(f"theta {j} {name}, measured" for j in (1, 2))
+    given = tuple(f"tau {j} {name}, applied" for j in (1, 2))
+    found = [
+        (f"torque/applied/{plant}", given, motion.applied, motion.torque),
+        (f"joint/measured/{plant}", seen, angles, motion.joint),
+        (f"v/measured/{plant}", (f"{name}, measured",), MM * v[:, None], MM * motion.v[:, None]),
+    ]
+    return [
+        Trace(path, names, motion.time, values)
+        for path, names, values, plain in found
+        if not np.allclose(values, plain, rtol=0, atol=UNCHANGED)
+    ]
+
+
 def traces(motions: Mapping[str, Motion]) -> list[Trace]:
     """Return every curve of a case, all of it finite or left out.
 
@@ -128,6 +146,7 @@ def traces(motions: Mapping[str, Motion]) -> list[Trace]:
         for panel, (symbols, values) in _columns(motion).items():
             names = tuple(f"{symbol} {spoken(plant)}".strip() for symbol in symbols)
             found.append(Trace(f"{panel}/{plant}", names, motion.time, values))
+        found += _through_hardware(plant, motion)
     if motions:
         whole = longest(motions)
         names = ("theta 1 reference", "theta 2 reference")

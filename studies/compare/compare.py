@@ -151,7 +151,7 @@ def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
 def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[CompareRow, Motion]:
     """Return the row of one case on one plant, and the unperturbed motion, thinned."""
     ref = reference(task.trajectory, plant.parameters, config.period)
-    chosen = setting(task.setting)
+    chosen = setting(task.setting, config.built)
     nominal = task.controller.filters(config.period)
     if task.reference != MIRRORED:
         dither = task.reference == DITHERED
@@ -205,7 +205,7 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         result.rows.extend(replace(row, tip_difference=difference) for row, _ in found)
         motions = {row.plant: motion for row, motion in found}
         model = drawn_model(plants[task.setting])
-        result.cases.append(case_of(task, motions, model, robot, config.period))
+        result.cases.append(case_of(task, motions, model, robot, config))
     return result
 
 
@@ -214,14 +214,15 @@ def case_of(
     motions: dict[str, Motion],
     model: mujoco.MjModel | None,
     robot: Robot,
-    period: float,
+    config: CompareConfig,
 ) -> Case:
     """Return a task's motions as figures and recordings have them."""
     label = task.label
     if task.group == report.TRUE_TIP:
         label += f" (reference: {task.reference})"
-    ref = reference(task.trajectory, robot.parameters, period)
-    return Case(task.name, task.trajectory.name, label, task.setting, motions, model, ref)
+    ref = reference(task.trajectory, robot.parameters, config.period)
+    built = config.built.words()
+    return Case(task.name, task.trajectory.name, label, task.setting, motions, model, ref, built)
 
 
 def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:

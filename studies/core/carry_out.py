@@ -124,7 +124,8 @@ class Study(Generic[Config, Result]):
 
     def _write(self, folder: Path, config: Config, result: Result) -> None:
         ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
-        write_config(folder, config, **ran, **self.facts(result))
+        built = {"hardware": config.built.words()}
+        write_config(folder, config, **ran, **built, **self.facts(result))
         for table in self.tables(result):
             if table.file and table.rows:
                 table.write_csv(folder / table.file)
@@ -138,12 +139,15 @@ class Study(Generic[Config, Result]):
     def as_json(self, config: Config, result: Result) -> str:
         """Return the tables' rows, the facts and the folder as one JSON object."""
         rows = {table.key: table.as_json() for table in self.tables(result) if table.key}
-        return to_json({**rows, **self.facts(result), "run": str(config.out)})
+        about = {"hardware": config.built.words(), "run": str(config.out)}
+        return to_json({**rows, **self.facts(result), **about})
 
     def show(self, config: Config, result: Result, out: Console) -> None:
         """Print the tables, the verdict and what lies in the folder."""
         show_tables(self.tables(result), out)
         out.print(self.verdict(result), soft_wrap=True)
+        if not config.built.ideal:
+            out.print(f"Hardware: {config.built.words()}.", soft_wrap=True)
         out.print(f"{spelled(config.out)}: {', '.join(contents(config.out))}", soft_wrap=True)
 
 

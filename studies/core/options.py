@@ -15,6 +15,7 @@ from typing import Any, Literal
 from rich.console import Console
 
 from flexsim.arm.parameters import Parameters
+from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
@@ -75,6 +76,39 @@ class RobotOptions(NameOptions):
             ParameterError, ModelError: as `Robot.of`.
         """
         return Robot.of(self.mjcf, self.beam, parameters, names=self.names)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HardwareOptions:
+    """Which sensors, computer and motors are in the loop."""
+
+    hardware: str = "ideal"
+    """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
+    0.1 mm of noise on v)."""
+    hardware_delay: int | None = None
+    """From measurement to torque, whole samples; the hardware's own unless given, as all below."""
+    hardware_torque_limit: tuple[float, float] | None = None
+    """Largest torques of the motors [N m]; inf for none."""
+    hardware_counts: int | None = None
+    """Of both joints' encoders, per turn; 0 for exact angles."""
+    hardware_noise: float | None = None
+    """Noise on v, root mean square [m]; its seed is the study's."""
+    hardware_lag: float | None = None
+    """Time constant of the motors' first-order lag [s]."""
+
+    @property
+    def hardware_numbers(self) -> dict[str, Any]:
+        """These options, as a `studies.tuning.problem.Tuning` has them, too."""
+        return {item.name: getattr(self, item.name) for item in fields(HardwareOptions)}
+
+    @property
+    def built(self) -> Hardware:
+        """The hardware, its noise by the seed of what has one.
+
+        Raises:
+            ParameterError: there is none of that name, or a number is out of range.
+        """
+        return overridden(seed=getattr(self, "seed", 0), **self.hardware_numbers)
 
 
 def show_differences(robot: Robot, out: Console | None = None) -> None:

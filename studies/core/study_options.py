@@ -19,7 +19,7 @@ import tyro
 from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
-from studies.core.options import RobotOptions
+from studies.core.options import HardwareOptions, RobotOptions
 
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
 NAMES = ("plants", "settings", "controllers")  # lists that name each once
@@ -40,7 +40,7 @@ Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyOptions(RobotOptions):
+class StudyOptions(HardwareOptions, RobotOptions):
     """What every study takes; each gives `out` its own default.
 
     `QUICK` has the most that a quick run takes of an option: of a number, or of a list's items.
@@ -55,6 +55,11 @@ class StudyOptions(RobotOptions):
     """A small part only, for a first impression in seconds."""
     json: bool = False
     """Print one JSON object instead of the tables."""
+
+    @property
+    def for_tuning(self) -> dict[str, Any]:
+        """The same options of a `studies.tuning.problem.Tuning`."""
+        return super().for_tuning | self.hardware_numbers
 
     def asked(self) -> Self:
         """Return what is run: this, or a small part of it if `quick`.
@@ -124,3 +129,5 @@ def check(config: Any) -> None:
         if not given or len(set(given)) != len(given):
             raise ParameterError(f"{name} are {' '.join(given) or 'empty'}; name each once")
     check_threads(getattr(config, "threads", None))
+    if isinstance(config, HardwareOptions):
+        _ = config.built  # refuses what there is not

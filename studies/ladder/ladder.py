@@ -31,7 +31,7 @@ from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive, evaluate, measure, thread_count
-from flexsim.loop.settings import DEFAULT_SETTING, setting
+from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.mujoco_c import quiet_warnings
@@ -147,18 +147,18 @@ def _converged_file(robot: Robot, motions: Motions) -> Converged:
     )
 
 
-def tracking(plant: Plant, threads: int | None, shaken: int) -> Tracking:
+def tracking(plant: Plant, chosen: Setting, threads: int | None, shaken: int) -> Tracking:
     """Return how one controller tracks, beside `shaken` copies with other fourth digits."""
     ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
     every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
-    found = measure(plant, setting(READING), ref, every, threads=threads)
+    found = measure(plant, chosen, ref, every, threads=threads)
     widths = [each["envelope"] for each in found if not each["diverged"]]
     lost = found[0]["diverged_at"]
     first = widths[0] if lost is None else None
     return Tracking(first, lost, min(widths, default=None), max(widths, default=None))
 
 
-def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
+def loop_clock(plant: Plant, chosen: Setting, seconds: float) -> Callable[[], float]:
     """Return a function that runs the start on one core and gives simulated time [ms]."""
     whole = reference(trajectory(TASK), plant.parameters)
     kept = whole.time <= seconds
@@ -166,7 +166,7 @@ def loop_clock(plant: Plant, seconds: float) -> Callable[[], float]:
     filters = [TUNED[TASK].filters(PERIOD)] * (CHEAP if plant.mjcf is None else 1)
 
     def once() -> float:
-        ends = evaluate(plant, setting(READING), ref, filters, threads=1).diverged
+        ends = evaluate(plant, chosen, ref, filters, threads=1).diverged
         return 1e3 * float(np.where(np.isnan(ends), ref.time[-1], ends).sum())
 
     return once
@@ -196,6 +196,7 @@ def plant_rows(
     plants: Sequence[Plant], ref: Converged, motions: Motions, config: LadderConfig
 ) -> list[PlantRow]:
     """Return a row of every plant."""
+    chosen = setting(READING, config.built)
     shaken, seconds = (QUICK_SHAKEN, QUICK_TIMED) if config.quick else (SHAKEN, TIMED)
     rows = [
         PlantRow(
@@ -203,11 +204,13 @@ def plant_rows(
             plant.step,
             *frequencies(plant),
             apart(tips, ref),
-            tracking(plant, config.threads, shaken),
+            tracking(plant, chosen, config.threads, shaken),
         )
         for plant, tips in zip(plants, motions(plants), strict=True)
     ]
-    costs = least_cost({each.name: loop_clock(each, seconds) for each in plants}, config.rounds)
+    costs = least_cost(
+        {each.name: loop_clock(each, chosen, seconds) for each in plants}, config.rounds
+    )
     priced = [replace(row, us_per_ms=costs[row.plant]) for row in rows]
     return mark_fronts(priced, ref.uncertainty)
 

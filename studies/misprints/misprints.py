@@ -24,7 +24,7 @@ from flexsim.arm.beam import MODES
 from flexsim.loop.metrics import envelope_half_width, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive, evaluate
-from flexsim.loop.settings import setting
+from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -111,15 +111,15 @@ def driven_details(
 
 
 def tracked(
-    plant: AssumedModesPlant, reading: str, ref: Reference, controllers: Sequence[Controller]
+    plant: AssumedModesPlant, chosen: Setting, ref: Reference, controllers: Sequence[Controller]
 ) -> list[Array | None]:
     """Return the tip (K, 2) [m] under every controller, None where it diverges.
 
     Args:
-        plant: as named; reading: setting of friction; ref: sampled reference.
+        plant: as named; chosen: setting; ref: sampled reference.
     """
     filters = [controller.filters(PERIOD) for controller in controllers]
-    outcome = evaluate(plant, setting(reading), ref, filters, stride=1)
+    outcome = evaluate(plant, chosen, ref, filters, stride=1)
     return [
         plant.observe(states, energy=False).tip if np.isnan(gone) else None
         for states, gone in zip(outcome.states, outcome.diverged, strict=True)
@@ -146,11 +146,12 @@ def tracking_details(
     for shape in QUICK_TRACKED if config.quick else TRAJECTORIES:
         ref = reference(trajectory(shape), plant.parameters, PERIOD)
         for reading in READINGS:
-            tips = tracked(plant, reading, ref, controllers)
+            chosen = setting(reading, config.built)
+            tips = tracked(plant, chosen, ref, controllers)
             if plant.misprints:
-                right = tracked(consistent, reading, ref, controllers)
+                right = tracked(consistent, chosen, ref, controllers)
             else:
-                right = tracked(consistent, reading, ref, [nominal]) * count
+                right = tracked(consistent, chosen, ref, [nominal]) * count
             widths = [np.inf if tip is None else envelope_half_width(tip, ref.tip) for tip in tips]
             medians = float(np.median(widths)), float(np.median(list(map(apart, tips, right))))
             details.append(report.LoopDetail(name, f"loop {reading}", shape, *medians))

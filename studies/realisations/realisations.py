@@ -82,7 +82,7 @@ def loop_row(
     plant: Plant,
     shape: str,
     controllers: list[Controller],
-    threads: int | None = None,
+    config: RealisationsConfig,
 ) -> report.LoopRow:
     """Return the row of a trajectory under controllers' variations."""
     row = report.LoopRow("loop", realisation, terms, plant.name, shape)
@@ -91,7 +91,7 @@ def loop_row(
     except ControllerError as error:
         return replace(row, refused=str(error))
     ref = reference(trajectory(shape), plant.parameters, PERIOD)
-    found = measure(plant, setting(READING), ref, filters, threads=threads)
+    found = measure(plant, setting(READING, config.built), ref, filters, threads=config.threads)
     bounded = [not each["diverged"] for each in found]
     widths = [
         each["envelope"] if held else np.inf for each, held in zip(found, bounded, strict=True)
@@ -145,7 +145,7 @@ def retuned_rows(
             else:
                 rng = np.random.default_rng(config.seed)
                 shaken = perturbed(best, config.perturbations, rng)
-                row = loop_row(realisation, terms, plant, shape, shaken, config.threads)
+                row = loop_row(realisation, terms, plant, shape, shaken, config)
             yield replace(row, part="retuned", seed=seed)
 
 
@@ -166,8 +166,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> report.
         rows.extend(response_row(realisation, terms, order, cost) for order in ORDERS)
         for shape in shapes:
             rows.extend(
-                loop_row(realisation, terms, plant, shape, given[shape], config.threads)
-                for plant in plants
+                loop_row(realisation, terms, plant, shape, given[shape], config) for plant in plants
             )
     for realisation, terms in counted(progress, "search", RETUNED_TERMS.items()):
         for shape in shapes:

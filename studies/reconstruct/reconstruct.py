@@ -12,7 +12,7 @@ start a hair apart; and in which unit of time Table 2's gains fall inside Table 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -104,7 +104,9 @@ def start_runs(
     joints, tips = [], []
     for offset in offsets:
         start = plant.rest_state(ref.joint[0] + offset)
-        states = run_population(plant, friction, loop, controllers, start, 1, 1).states[0]
+        states = run_population(
+            plant, friction, loop, controllers, start, 1, 1, hardware=variant.setting.hardware
+        ).states[0]
         joints.append(states[:, :2])
         tips.append(plant.observe(states, energy=False).tip)
     return joints, tips
@@ -168,7 +170,8 @@ def looked_at_closely(variant: Variant, figure: str) -> bool:
 
 def chosen(config: ReconstructConfig) -> list[Variant]:
     """Return the variants that a configuration runs."""
-    return [each for each in variants() if not config.quick or each.name in QUICK]
+    kept = [each for each in variants() if not config.quick or each.name in QUICK]
+    return [replace(it, setting=replace(it.setting, hardware=config.built)) for it in kept]
 
 
 def run(config: ReconstructConfig, progress: Progress | None = None) -> report.ReconstructResult:

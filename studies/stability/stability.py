@@ -124,7 +124,8 @@ def poses_of(config: StabilityConfig) -> list[float]:
 
 def options_of(config: StabilityConfig) -> LoopOptions:
     """Return how the loop is linearised: the setting's small-signal friction, or the gain given."""
-    return loop_options(setting(config.setting).friction, PERIOD, config.hold, config.torque_gain)
+    friction = setting(config.setting).friction
+    return loop_options(friction, PERIOD, config.hold, config.torque_gain, config.built)
 
 
 def run(config: StabilityConfig, progress: Progress | None = None) -> report.StabilityResult:

@@ -19,7 +19,7 @@ from flexsim.loop.settings import setting
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from studies.core.folder import to_json
-from studies.core.options import RobotOptions, show_differences
+from studies.core.options import HardwareOptions, RobotOptions, show_differences
 from studies.core.text import spelled
 
 ROW_PERIOD = PERIOD
@@ -32,7 +32,7 @@ MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
 
 @dataclass(frozen=True)
-class DriveConfig(RobotOptions):
+class DriveConfig(HardwareOptions, RobotOptions):
     """Drive a plant open loop from rest with a recorded torque."""
 
     torque: Path
@@ -105,12 +105,13 @@ def _torques(where: str, line: list[str], due: float) -> tuple[float, float]:
 
 def run(config: DriveConfig) -> Motion:
     """Return the motion under the file's torques, row k the state as torque k sets in."""
-    plant = config.robot_of().plant(config.plant, setting(config.setting))
+    chosen = setting(config.setting, config.built)
+    plant = config.robot_of().plant(config.plant, chosen)
     theta = (config.theta1, config.theta2)
     if not all(math.isfinite(angle) for angle in theta):
         raise ParameterError(f"start angles are {theta} rad; give finite numbers")
     torque = read_torque(config.torque)
-    motion = drive(plant, setting(config.setting), torque, ROW_PERIOD, theta)
+    motion = drive(plant, chosen, torque, ROW_PERIOD, theta)
     return motion.first(len(torque))
 
 
@@ -132,6 +133,7 @@ def command(config: DriveConfig) -> None:
     write_motion(config.out, motion, config.force)
     summary = {
         "plant": motion.plant,
+        "hardware": config.built.words(),
         "rows": len(motion.time),
         "end_tip": motion.tip[-1],
         "max_v": float(np.abs(motion.v).max()),

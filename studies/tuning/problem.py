@@ -20,6 +20,7 @@ import numpy as np
 from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import Hardware, overridden
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
@@ -83,6 +84,8 @@ class Tuning:
         population, generations, patience, survivors: see `GeneticSettings`.
         screen: candidates at most per individual drawn, those kept whose linear loop does not
             grow, see `studies.tuning.screened_draws`; 0 for no screening.
+        hardware: a name; hardware_delay, ..., hardware_lag: numbers instead of its own, see
+            `studies.core.options`. All individuals have the same noise, by the seed.
         modes: n. segments: N of the chain, None for 6 or the file's.
         mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
         joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
@@ -121,6 +124,12 @@ class Tuning:
     tip: str | None = None
     motor1: str | None = None
     motor2: str | None = None
+    hardware: str = "ideal"
+    hardware_delay: int | None = None
+    hardware_torque_limit: tuple[float, float] | None = None
+    hardware_counts: int | None = None
+    hardware_noise: float | None = None
+    hardware_lag: float | None = None
 
     def __post_init__(self) -> None:
         for name in COUNTS:
@@ -151,10 +160,17 @@ class Tuning:
             raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
         if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
             raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
+        _ = self.built
         _ = self.design  # refuses what it cannot be made of
         genetic = self.genetic
         if self.tuner == "de":
             check_de(genetic)
+
+    @property
+    def built(self) -> Hardware:
+        """Sensors, computer and motors."""
+        names = [item.name for item in fields(self) if item.name.startswith("hardware")]
+        return overridden(seed=self.seed, **{name: getattr(self, name) for name in names})
 
     @property
     def design(self) -> ControllerDesign:
@@ -224,7 +240,13 @@ class Problem:
         filters = [built[i] for i in usable]
         outcomes = [
             evaluate(
-                plant, chosen, self.reference, filters, threads=self.threads, weights=self.weights
+                plant,
+                chosen,
+                self.reference,
+                filters,
+                threads=self.threads,
+                same_noise=True,
+                weights=self.weights,
             )
             for plant, chosen in self.scenarios
         ]
@@ -274,7 +296,7 @@ def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], .
     Raises:
         ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
     """
-    nominal = setting(tuning.setting)
+    nominal = setting(tuning.setting, tuning.built)
     robots = [(robot, nominal)]
     for each in perturbations(tuning):
         other = robot.changed(each.stiffness, each.density, each.payload)

@@ -236,7 +236,10 @@ def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
     if not known - newer <= set(values) <= known or set(table) != set(NAMES):
         raise RunError(damaged)
     try:
-        tuning = Tuning(**values | {"weights": tuple(values["weights"])})
+        pairs = {"weights": tuple(values["weights"])}
+        if values["hardware_torque_limit"] is not None:
+            pairs["hardware_torque_limit"] = tuple(values["hardware_torque_limit"])
+        tuning = Tuning(**values | pairs)
         draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
     except FlexsimError as error:
         raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None

@@ -125,7 +125,8 @@ def screened(tuning: Tuning, draws: Distribution, problem: Problem) -> Distribut
         )
     nominal = problem.scenarios[: len(problem.scenarios) // (1 + tuning.perturb)]
     plants = tuple(
-        (plant, loop_options(chosen.friction, tuning.period)) for plant, chosen in nominal
+        (plant, loop_options(chosen.friction, tuning.period, hardware=chosen.hardware))
+        for plant, chosen in nominal
     )
     poses = tuple(extreme_poses(problem.reference))
     for plant, options in plants:

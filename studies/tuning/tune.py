@@ -105,6 +105,19 @@ class TuneConfig(NameOptions):
     beam: Literal["file", "analytic"] | None = None
     """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
     beam's on the file's rigid bodies; file unless given."""
+    hardware: str | None = None
+    """ideal or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn, 0.1 mm of noise
+    on v); ideal unless given."""
+    hardware_delay: int | None = None
+    """From measurement to torque, whole samples; the hardware's own unless given, as all below."""
+    hardware_torque_limit: tuple[float, float] | None = None
+    """Largest torques of the motors [N m]; inf for none."""
+    hardware_counts: int | None = None
+    """Of both joints' encoders, per turn; 0 for exact angles."""
+    hardware_noise: float | None = None
+    """Noise on v, root mean square [m]; its seed is the run's."""
+    hardware_lag: float | None = None
+    """Time constant of the motors' first-order lag [s]."""
     out: Path | None = None
     """Folder of the run, made anew; runs/tune unless given."""
     force: bool = False

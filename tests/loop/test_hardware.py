@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from flexsim import ParameterError, Parameters, Plant, closed_loop, drive, reference, setting
 from flexsim.loop.friction import Friction, joint_torques
-from flexsim.loop.hardware import HARDWARE, IDEAL, Hardware, hardware, lag_factors
+from flexsim.loop.hardware import HARDWARE, IDEAL, Hardware, lag_factors, named
 from flexsim.loop.runs import evaluate
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import Reference, Trajectory
@@ -171,7 +171,7 @@ def test_a_lags_mean_torque_is_exact() -> None:
 
 
 def test_named_hardware() -> None:
-    assert hardware("ideal") == Hardware() == IDEAL and IDEAL.ideal
+    assert named("ideal") == Hardware() == IDEAL and IDEAL.ideal
     assert Hardware(seed=7).ideal and not BENCH.ideal
     assert (BENCH.delay, BENCH.torque_limit, BENCH.counts) == (1, (10.0, 5.0), 8192)
     assert (BENCH.noise_v, BENCH.lag) == (1e-4, 0.0)
@@ -182,7 +182,7 @@ def test_named_hardware() -> None:
     )
     assert Hardware(lag=1e-3).words() == "motor lag of 1 ms" and IDEAL.words() == "ideal"
     with pytest.raises(ParameterError, match=r"'desk' is unknown; choose one of ideal, bench"):
-        hardware("desk")
+        named("desk")
 
 
 @pytest.mark.parametrize(

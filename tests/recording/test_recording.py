@@ -22,7 +22,7 @@ from flexsim.recording import rerun_file as recording_module
 from flexsim.recording.case import Case
 from flexsim.recording.layout import layout
 from flexsim.recording.rerun_file import RERUN_TOOL, open_recording
-from flexsim.recording.rrd import write_recording
+from flexsim.recording.rrd import _notes, write_recording
 from flexsim.recording.scene import dashes
 from flexsim.recording.traces import PANELS, TIMELINE, traces
 from studies.tools.view import ViewConfig, command, recording_of
@@ -326,3 +326,22 @@ def test_viewer_that_fails_is_an_error(written: Path, monkeypatch: pytest.Monkey
         open_recording(written)
     with pytest.raises(RunError, match="no recording"):
         open_recording(written.with_name("other.rrd"))
+
+
+def test_what_hardware_changes_is_shown_beside_what_it_was() -> None:
+    """And the hardware is in the case's notes."""
+    case = made_up_cases()[0]
+    assert not [each for each in traces(case.motions) if each.path.count("/") > 1]
+    assert "| hardware | ideal |" in _notes(case)
+    motion = case.motions["assumed-modes"]
+    noisy = motion.measured + np.array([0.0, 0.0, 1e-3])
+    limited = replace(motion, applied=np.clip(motion.torque, -0.5, 0.5), measured=noisy)
+    found = [each for each in traces({"assumed-modes": limited}) if each.path.count("/") > 1]
+    assert [each.path for each in found] == [
+        "torque/applied/assumed-modes",
+        "v/measured/assumed-modes",
+    ]
+    assert found[0].names == ("tau 1 assumed modes, applied", "tau 2 assumed modes, applied")
+    assert np.array_equal(found[0].values, limited.applied)
+    assert found[1].values[:, 0] == pytest.approx(1e3 * motion.v + 1.0)
+    assert "| hardware | bench |" in _notes(replace(case, hardware="bench"))

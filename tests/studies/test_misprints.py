@@ -65,11 +65,14 @@ def test_switches_reach_the_plant() -> None:
 def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None:
     circle = reference(trajectory("circle"), Parameters())
     controllers = [TUNED["circle"]]
-    (right,) = tracked(AssumedModesPlant(Parameters()), "none", circle, controllers)
+    (right,) = tracked(AssumedModesPlant(Parameters()), setting("none"), circle, controllers)
     (none,) = tracked(
-        AssumedModesPlant(Parameters(), form="printed", misprints=0), "none", circle, controllers
+        AssumedModesPlant(Parameters(), form="printed", misprints=0),
+        setting("none"),
+        circle,
+        controllers,
     )
-    (wrong,) = tracked(PLANT, "none", circle, controllers)
+    (wrong,) = tracked(PLANT, setting("none"), circle, controllers)
     assert apart(right, none) < ROUNDING
     assert apart(right, wrong) > 1e-3
     assert apart(right, None) == np.inf

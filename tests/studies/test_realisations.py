@@ -63,9 +63,11 @@ def test_longer_filters_cost_more() -> None:
 
 def test_loops_of_two_hold_and_too_many_poles_are_refused() -> None:
     plant = AssumedModesPlant(Parameters())
-    held = loop_row("tustin", 10, plant, "circle", [TUNED["circle"]])
+    held = loop_row("tustin", 10, plant, "circle", [TUNED["circle"]], RealisationsConfig())
     assert held.bounded_share == 1.0 and 0 < held.index < 1e-3 and held.envelope < 0.03
-    lost = loop_row("backward-fraction", 12, plant, "circle", [TUNED["circle"]])
+    lost = loop_row(
+        "backward-fraction", 12, plant, "circle", [TUNED["circle"]], RealisationsConfig()
+    )
     assert lost.index is None and "fewer terms" in lost.refused
 
 
@@ -78,7 +80,8 @@ def test_retuning_suits_a_realisation_better_than_gains_of_another() -> None:
     best = tuned_anew("oustaloup", 3, "circle", 1, RealisationsConfig())
     assert best is not None
     before, after = (
-        loop_row("oustaloup", 3, plant, "circle", [each]).index for each in (TUNED["circle"], best)
+        loop_row("oustaloup", 3, plant, "circle", [each], alone).index
+        for each in (TUNED["circle"], best)
     )
     assert after < before / 2
 

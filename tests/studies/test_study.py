@@ -52,7 +52,8 @@ def test_a_study_writes_and_tells_the_same(
     config = Options(out=tmp_path / "run", quick=True, json=True)
     STUDY(config)
     shown = json.loads(capsys.readouterr().out)
-    assert shown == {"rows": [{"x": 2.0}], "count": 1, "run": str(config.out)}
+    about = {"count": 1, "hardware": "ideal", "run": str(config.out)}
+    assert shown == {"rows": [{"x": 2.0}], **about}
     assert (config.out / "rows.csv").read_text() == "x\n2.0\n"
     about = json.loads((config.out / "config.json").read_text())
     assert about["configuration"]["perturbations"] == 5
