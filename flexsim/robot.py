@@ -41,6 +41,7 @@ from flexsim.plants.rod_plant import RodPlant
 
 BEAMS = ("file", "analytic")
 SAME_LENGTH = 1e-6  # relative
+ZETA_MOST = 0.5  # of what a command is given: more is a percentage, not a fraction
 BALANCED = 1e-9  # [kg m] of the hub about joint 2
 KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod")
 PLANT_HELP = (
@@ -58,12 +59,28 @@ class Robot:
         beam: 'file' gives the assumed modes the modes of the file's own chain, 'analytic' those
             of the paper's beam on the file's rigid bodies.
         rod: the checked MJCF file of a rod, whose uniform beam the parameters then are, or None.
+        modal_damping: (n,) ratios of the assumed modes, one by one, instead of the parameters'
+            `zeta`, which is then the first of them and what chains and rods have: in those the
+            ratios grow with the frequency, whatever mode 2 is asked to have.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
     file: ChainModel | None = None
     beam: str = "file"
     rod: RodModel | None = None
+    modal_damping: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for value in self.modal_damping:
+            if not 0 <= value < 1:  # so that a nan is caught
+                raise ParameterError(
+                    f"modal damping has the ratio {value!r}; give fractions from 0, below 1"
+                )
+        if self.modal_damping and self.given is not None:
+            raise ParameterError(
+                f"--modal-damping has no effect on {self.given.source}, whose hinges have dampers "
+                "of their own; leave it out, or change them"
+            )
 
     @property
     def given(self) -> ChainModel | RodModel | None:
@@ -78,12 +95,14 @@ class Robot:
         parameters: Parameters | None = None,
         text: str | None = None,
         names: Names | None = None,
+        modal_damping: tuple[float, ...] = (),
     ) -> Robot:
         """Return the robot of an MJCF file or its text; without one, that of the parameters.
 
         Args:
             mjcf, text: file, or what one has. beam: see `Robot`. parameters: of a robot without.
             names: that the file has for the parts of the arm, if others than ours.
+            modal_damping: see `Robot`.
 
         Raises:
             ParameterError: an unknown beam, or what contradicts the file.
@@ -96,19 +115,48 @@ class Robot:
                 raise ParameterError(f"--beam {beam} has no effect without --mjcf; add a file")
             for ours, theirs in (names or Names()).given().items():
                 raise ParameterError(f"--{ours} {theirs} has no effect without --mjcf; add a file")
-            return cls(parameters or Parameters())
+            return cls._of_parameters(parameters or Parameters(), modal_damping)
         if parameters not in (None, Parameters()):
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
         arm = load_arm(mjcf, text, names)
         if isinstance(arm, RodModel):
-            return cls(parameters_of_rod(arm), beam=beam, rod=arm)
-        return cls(parameters_of(arm), arm, beam)
+            return cls(parameters_of_rod(arm), None, beam, arm, modal_damping)
+        return cls(parameters_of(arm), arm, beam, None, modal_damping)
+
+    @classmethod
+    def _of_parameters(cls, own: Parameters, modal_damping: tuple[float, ...]) -> Robot:
+        """Return the robot without a file.
+
+        Raises:
+            ParameterError: damping beyond all structures, or given twice.
+        """
+        if own.zeta >= ZETA_MOST:
+            raise ParameterError(
+                f"--robot.zeta is {own.zeta:g}, mode 1's damping ratio; give a fraction below "
+                f"{ZETA_MOST:g}: 0.001 is 0.1 %"
+            )
+        if modal_damping and own.zeta not in (Parameters().zeta, modal_damping[0]):
+            raise ParameterError(
+                f"--robot.zeta {own.zeta:g} and --modal-damping {modal_damping[0]:g} contradict "
+                "each other: both give mode 1's damping; leave one out"
+            )
+        if modal_damping:
+            own = replace(own, zeta=modal_damping[0])
+        return cls(own, modal_damping=modal_damping)
 
     def changed(self, stiffness: float, density: float, payload: float) -> Robot:
         """Return the robot with its beam's stiffness and density times a factor, and a payload.
 
-        Without a file its default chain becomes one, so that both models carry the payload [kg].
+        The damping ratio of mode 1 stays. A rod's file becomes a chain of its beam.
         """
+        if self.given is None:
+            p = self.parameters
+            return replace(
+                self,
+                parameters=replace(
+                    p, EI=stiffness * p.EI, rho=density * p.rho, payload=p.payload + payload
+                ),
+            )
         file = self.file if self.file is not None else self.chain_plant().chain
         other = changed(file, stiffness, density, payload)
         return replace(self, parameters=parameters_of(other), file=other)
@@ -143,8 +191,13 @@ class Robot:
             own, chain = self._with_papers_beam(own), None
         elif self.rod is not None:
             require_uniform(self.rod)
-        usual = stable_modes_step(own, modes, chain) if step is None else step
-        plant = AssumedModesPlant(own, modes, usual, form, name, chain)
+        if step is None:
+            usual = stable_modes_step(own, modes, chain, self.modal_damping)
+        else:
+            usual = step
+        plant = AssumedModesPlant(
+            own, modes, usual, form, name, chain, modal_damping=self.modal_damping
+        )
         longest = plant.longest_held_step(_steepest(setting))
         if plant.step >= longest:
             if step is not None:

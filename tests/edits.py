@@ -15,15 +15,15 @@ def edited(old: str, new: str, text: str = DEFAULT) -> str:
     return text.replace(old, new)
 
 
-PAYLOAD = """<site name="tip" pos="0.077095 0 0"/>
-                      <body name="payload" pos="0.077095 0 0">
+PAYLOAD = """<site name="tip" pos="0.03469 0 0"/>
+                      <body name="payload" pos="0.03469 0 0">
                         <inertial pos="0 0 0" mass="0.05" diaginertia="5e-6 5e-6 5e-6"/>
                       </body>"""
 
 EDITS = {
-    "payload": edited('<site name="tip" pos="0.077095 0 0"/>', PAYLOAD),
-    "soft hinge": edited('stiffness="3.78728623566"', 'stiffness="1.89364311783"'),
-    "damped": edited('<joint damping="0"/>', '<joint damping="0.00455"/>'),
+    "payload": edited('<site name="tip" pos="0.03469 0 0"/>', PAYLOAD),
+    "soft hinge": edited('stiffness="3.45787937081"', 'stiffness="1.7289396854"'),
+    "damped": chain_mjcf(Parameters(zeta=0.01), design_chain(Parameters(), 6), timestep=5e-4),
     "longer": chain_mjcf(Parameters(L=0.6), design_chain(Parameters(L=0.6), 6)),
     "heavy link": edited('diaginertia="0.25 0.25 0.25"', 'diaginertia="0.5 0.5 0.5"'),
     "4 segments": chain_mjcf(Parameters(), design_chain(Parameters(), 4)),

@@ -10,8 +10,9 @@ Each piece has the mass, the centre and the inertia of the uniform beam it repla
 hinges' positions and stiffnesses are free; `flexsim.arm.hinged_beam` has the chain's linear
 dynamics. With hinges at the centres of N equal cells and stiffness EI/h (`plain_chain`) the
 frequencies converge with order 2 only. `flexsim.arm.chain_fit` moves the hinges and tunes the
-springs until the first three clamped frequencies are exact and the modes' couplings to the joints
-are as close as N hinges allow.
+springs until the first three clamped frequencies are exact, and the modes' couplings to the joints
+and the frequencies under any payload as close as N hinges allow. Hinges and springs do not depend
+on the payload. Couplings, loaded frequencies and the step pull against each other: see `front`.
 """
 
 from __future__ import annotations
@@ -21,8 +22,21 @@ from typing import Any
 
 import numpy as np
 
-from flexsim.arm.chain_fit import fitted_chain, frequencies_aimed_at
-from flexsim.arm.hinged_beam import FITTED_MODES, chain_modes, shape_errors, shapes_at_nodes
+from flexsim.arm.beam import beta_lengths, load_of
+from flexsim.arm.chain_fit import (
+    CHOSEN,
+    Weights,
+    fitted_chain,
+    frequencies_aimed_at,
+    loaded_error,
+)
+from flexsim.arm.hinged_beam import (
+    FITTED_MODES,
+    chain_modes,
+    loaded_frequencies,
+    shape_errors,
+    shapes_at_nodes,
+)
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
@@ -32,6 +46,15 @@ SEGMENTS_LEAST = 3  # a spring for each frequency; none is left for the coupling
 # 25 % (with 4: 0.4 %), so that 3 is a rung to compare with, not a model of the beam
 SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and fitting takes 3 s
 PLAIN_MOST = 200
+FRONT_LEAST = 4
+FRONT = (  # weights that lead from a low top frequency to close loaded frequencies
+    Weights(loaded=3e-2, top=6.0),
+    Weights(loaded=1.6e-2, top=8.0),
+    CHOSEN,
+    Weights(loaded=4e-3, top=13.0),
+    Weights(loaded=2e-3, top=16.0),
+    Weights(loaded=1e-3, top=20.0),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +66,16 @@ class ChainDesign:
         fitted: whether the frequencies have been made exact.
         position: (N,) distance of the hinges from the clamp [m].
         stiffness: (N,) of the hinges [N m/rad].
-        frequency: (N,) of the clamped chain [rad/s].
+        frequency: (N,) of the clamped chain, without a payload [rad/s].
         frequency_error: (3,) relative to the beam's, (15).
+        loaded, loaded_error: (3,) frequencies with the robot's payload [rad/s], and relative to
+            the beam's with it.
         Phi_error, moment_error, tip_error: (3,) relative errors of the modes' integral (14), of
             their first moment about the clamp, and of their value at the tip.
         compliance_error: relative error of the static deflection under a force at the tip.
+        rotation_error: relative error of the tip's static rotation under a moment there.
+        payload_error: largest relative error of the first three frequencies under any payload up
+            to the beam's mass, its radius of gyration up to 0.2 L.
         mac: (3,) modal assurance criterion against (15) at the hinges and the tip.
     """
 
@@ -57,10 +85,14 @@ class ChainDesign:
     stiffness: Array
     frequency: Array
     frequency_error: Array
+    loaded: Array
+    loaded_error: Array
     Phi_error: Array
     moment_error: Array
     tip_error: Array
     compliance_error: float
+    rotation_error: float
+    payload_error: float
     mac: Array
 
     @property
@@ -80,6 +112,18 @@ def design_chain(parameters: Parameters, segments: int = SEGMENTS) -> ChainDesig
     segments = _whole(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
     a, k = fitted_chain(segments)
     return _report(parameters, np.array(a), np.array(k), fitted=True)
+
+
+def front(parameters: Parameters, segments: int = SEGMENTS) -> list[ChainDesign]:
+    """Return the chains that other weights lead to, by rising top frequency; ours is among them.
+
+    Raises:
+        ParameterError: segments is not a whole number from 4 to 16, or a fit fails.
+    """
+    segments = _whole(segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose")
+    fits = [fitted_chain(segments, weights) for weights in FRONT]
+    found = [_report(parameters, np.array(a), np.array(k), fitted=True) for a, k in fits]
+    return sorted(found, key=lambda design: design.frequency[-1])
 
 
 def plain_chain(parameters: Parameters, segments: int) -> ChainDesign:
@@ -107,6 +151,9 @@ def _report(parameters: Parameters, a: Array, k: Array, fitted: bool) -> ChainDe
     """Return a dimensionless chain in metres and N m/rad, with its errors."""
     p = parameters
     omega, q = chain_modes(a, k)
+    load, unit = load_of(p), np.sqrt(p.EI / p.rho) / p.L**2
+    loaded = loaded_frequencies(a, k, load)
+    exact = np.array([b * b for b in beta_lengths(FITTED_MODES, load)])
     errors = shape_errors(a, k, q)
     chain, beam = shapes_at_nodes(a, q)  # unit columns
     return ChainDesign(
@@ -114,11 +161,15 @@ def _report(parameters: Parameters, a: Array, k: Array, fitted: bool) -> ChainDe
         fitted=fitted,
         position=p.L * a,
         stiffness=p.EI / p.L * k,
-        frequency=omega * np.sqrt(p.EI / p.rho) / p.L**2,
+        frequency=omega * unit,
         frequency_error=omega[:FITTED_MODES] / frequencies_aimed_at() - 1,
+        loaded=loaded * unit,
+        loaded_error=loaded / exact - 1,
         Phi_error=errors[:3],
         moment_error=errors[3:6],
         tip_error=errors[6:9],
         compliance_error=float(errors[9]),
+        rotation_error=float(errors[10]),
+        payload_error=loaded_error(a, k),
         mac=np.sum(chain * beam, axis=0) ** 2,
     )

@@ -15,13 +15,14 @@ import math
 
 import numpy as np
 
-from flexsim.arm.beam import MODES, beta_lengths, mode_constants, mode_shape
+from flexsim.arm.beam import MODES, Load, beta_lengths, mode_constants, mode_shape
 from flexsim.errors import ModelError
 from flexsim.numerics.eigen import rotated
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
 FITTED_MODES = MODES
+ERRORS, COUPLINGS = 11, 6  # of `shape_errors`, the couplings first
 
 
 def beam_modes() -> Array:
@@ -78,6 +79,48 @@ def chain_modes(a: Array, k: Array) -> tuple[Array, Array]:
 
 
 @jit
+def fill_loaded(
+    a: Array, omega: Array, q: Array, mass: float, inertia: float, loaded: Array
+) -> bool:
+    """Fill the first frequencies (3,) under a payload; return whether there are such.
+
+    From the chain's own modes, `fill_modes`: in them the payload adds mass times tip value by tip
+    value, and inertia times tip slope by tip slope, to the identity.
+    """
+    n = a.shape[0]
+    value, slope = np.zeros(n), np.zeros(n)  # over omega
+    for i in range(n):
+        for j in range(n):
+            value[i] += (1.0 - a[j]) * q[j, i] / omega[i]
+            slope[i] += q[j, i] / omega[i]
+    flexibility, inverse_square, vectors = np.empty((n, n)), np.empty(n), np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            flexibility[i, j] = mass * value[i] * value[j] + inertia * slope[i] * slope[j]
+        flexibility[i, i] += 1.0 / (omega[i] * omega[i])
+    if not rotated(flexibility, inverse_square, vectors):
+        return False
+    for i in range(FITTED_MODES):
+        if not inverse_square[n - 1 - i] > 0.0:
+            return False
+        loaded[i] = 1.0 / math.sqrt(inverse_square[n - 1 - i])
+    return True
+
+
+def loaded_frequencies(a: Array, k: Array, load: Load) -> Array:
+    """Return the first frequencies (3,) of a chain with a payload at its tip.
+
+    Raises:
+        ModelError: as `chain_modes`.
+    """
+    omega, q = chain_modes(a, k)
+    loaded = np.empty(FITTED_MODES)
+    if not fill_loaded(a, omega, q, load.mass, load.inertia, loaded):
+        raise ModelError("the chain has no modes under its payload")
+    return loaded
+
+
+@jit
 def frequency_sensitivity(k: Array, omega: Array, q: Array) -> Array:
     """Return d ln omega_i / d ln k_j (3, N): the share of hinge j in the energy, halved."""
     share = np.empty((FITTED_MODES, k.shape[0]))
@@ -89,7 +132,7 @@ def frequency_sensitivity(k: Array, omega: Array, q: Array) -> Array:
 
 @jit
 def fill_shape_errors(a: Array, k: Array, q: Array, beam: Array, errors: Array) -> None:
-    """Fill errors (10,) as `shape_errors`; beam: of `beam_modes`."""
+    """Fill errors (11,) as `shape_errors`; beam: of `beam_modes`."""
     errors[:] = 0.0
     for j in range(a.shape[0]):
         u = 1.0 - a[j]
@@ -98,6 +141,7 @@ def fill_shape_errors(a: Array, k: Array, q: Array, beam: Array, errors: Array) 
             errors[3 + i] += (u * u * u / 3.0 + a[j] * u * u / 2.0) * q[j, i]
             errors[6 + i] += u * q[j, i]
         errors[9] += 3.0 * u * u / k[j]
+        errors[10] += 1.0 / k[j]
     for i in range(FITTED_MODES):
         b, growing, quotient = beam[i, 0], beam[i, 1], beam[i, 2]
         errors[i] /= 2.0 * quotient / b
@@ -107,12 +151,13 @@ def fill_shape_errors(a: Array, k: Array, q: Array, beam: Array, errors: Array) 
 
 
 def shape_errors(a: Array, k: Array, q: Array) -> Array:
-    """Return ten relative errors (10,) against the beam.
+    """Return eleven relative errors (11,) against the beam.
 
-    Three each of int chi_i ds, int s chi_i ds and chi_i(tip); then of the static tip compliance.
-    The beam's: 2 sigma/b, 2/b^2, 2 (-1)^(i+1), with b = beta_i L; and 1/3.
+    Three each of int chi_i ds, int s chi_i ds and chi_i(tip); then of the tip's deflection under a
+    force there, and of its rotation under a moment.
+    The beam's: 2 sigma/b, 2/b^2, 2 (-1)^(i+1), with b = beta_i L; 1/3; and 1.
     """
-    errors = np.empty(10)
+    errors = np.empty(ERRORS)
     fill_shape_errors(a, k, q, beam_modes(), errors)
     return errors
 

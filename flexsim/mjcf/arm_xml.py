@@ -5,12 +5,26 @@
 
 from __future__ import annotations
 
+import math
+
 from flexsim.arm.parameters import Parameters
 
 LINK_MASS = 1.0  # [kg] any: link 1 turns about its own centre of mass
 HOME = (0.3, 1.2)  # [rad] theta1, theta2 of the keyframes: elbow bent, tip in the workspace
 BENT_TIP = 0.05  # v/L of the keyframe `bent`
 DIGITS = 12  # significant, so that the compiled model matches to 1e-11
+SMALLEST_DISC = 0.02  # [m] that a hub without a radius is drawn with
+STEEL = 7850.0  # [kg/m3] of the ball that a payload is drawn as
+PAYLOAD = "payload"  # the body at the tip that is no part of the beam
+BEAM_NUMBERS = (  # of `<custom>`, with what they are of `Parameters`
+    ("L", "length [m]"),
+    ("EI", "bending stiffness [N m2]"),
+    ("rho", "linear density [kg/m]"),
+    ("r", "radius of the hub, where it is clamped [m]"),
+    ("zeta", "damping ratio of its first mode, without payload [-]"),
+    ("payload", "mass at its tip [kg]"),
+    ("payload_inertia", "inertia of that mass about the tip [kg m2]"),
+)
 
 
 def document(*sections: str) -> str:
@@ -51,19 +65,18 @@ extent="{num(round(0.9 * reach, 2))}"/>
   </asset>"""
 
 
-def defaults(beam: str, strip: str = "") -> str:
+def defaults(beam: str = "", strip: str = "") -> str:
     """Return the default classes by role.
 
     Args:
-        beam: classes of the beam's joints. strip: of its visual pieces, if it has such.
+        beam: classes of the beam's joints; strip: of its visual pieces; '' where it has none.
     """
     return f"""
   <default>
     <default class="arm">
       <joint type="hinge" axis="0 0 1"/>
       <site size="0.004" group="4"/>
-{beam}
-      <default class="visual">
+{beam}      <default class="visual">
         <!-- shown only: no contact, and no mass, as inertiafromgeom is false -->
         <geom group="2" contype="0" conaffinity="0"/>
         <default class="motor">
@@ -79,8 +92,11 @@ def defaults(beam: str, strip: str = "") -> str:
 
 def worldbody(p: Parameters, beam: str) -> str:
     """Return the world with link and hub; beam: the bodies that the hub carries, as text."""
-    disc = num(round(0.6 * p.r, 4))
-    jaw = num(0.75 * p.r), num(0.25 * p.r)  # centre and half-length: from r/2 to r
+    disc = num(round(max(0.6 * p.r, SMALLEST_DISC), 4))
+    jaw = f"""
+        <geom class="link" pos="{num(0.75 * p.r)} 0 0" size="{num(0.25 * p.r)} 0.01 0.014"/>"""
+    if p.r == 0:  # the jaw reaches from r/2 to r
+        jaw = ""
     reach = p.L_R + p.reach
     return f"""
   <worldbody>
@@ -110,8 +126,7 @@ def worldbody(p: Parameters, beam: str) -> str:
         <joint name="joint2" damping="{num(p.F_2 * p.r_2**2)}" armature="{num(p.I_m2)}"/>
         <!-- m_H, (20), and I_H about joint 2, (19); only the moment about z enters -->
         <inertial pos="0 0 0" mass="{num(p.m_H)}" diaginertia="{num(p.I_H, p.I_H, p.I_H)}"/>
-        <geom class="motor" size="{disc} 0.016"/>
-        <geom class="link" pos="{jaw[0]} 0 0" size="{jaw[1]} 0.01 0.014"/>
+        <geom class="motor" size="{disc} 0.016"/>{jaw}
         <site name="hub"/>
 
 {beam}
@@ -153,3 +168,33 @@ def keyframes(p: Parameters, home: str, bent: str) -> str:
     <!-- at rest under a force of {force:.3g} N at the tip, across the beam: v = {BENT_TIP:g} L -->
     <key name="bent" qpos="{bent}"/>
   </keyframe>"""
+
+
+def payload(p: Parameters, pad: str, place: float) -> list[str]:
+    """Return the lines of the body that is the payload, none without one.
+
+    Args:
+        pad: before each line; place: of the tip, along the body that carries it [m].
+    """
+    if p.payload == 0 and p.payload_inertia == 0:
+        return []
+    inertia = num(*[p.payload_inertia] * 3)
+    radius = (3 * p.payload / (4 * math.pi * STEEL)) ** (1 / 3)
+    size = num(round(min(max(radius, 0.005), 0.05), 4))
+    return [
+        f"{pad}<!-- assumed; only the moment about z enters; drawn as a ball of steel -->",
+        f'{pad}<body name="{PAYLOAD}" pos="{num(place)} 0 0">',
+        f'{pad}  <inertial pos="0 0 0" mass="{num(p.payload)}" diaginertia="{inertia}"/>',
+        f'{pad}  <geom class="visual" type="sphere" size="{size}" material="motor"/>',
+        f"{pad}</body>",
+    ]
+
+
+def beam_numbers(p: Parameters) -> str:
+    """Return which uniform beam the file stands for."""
+    lines = [
+        f'    <!-- {meaning} -->\n    <numeric name="beam_{name}" data="{num(getattr(p, name))}"/>'
+        for name, meaning in BEAM_NUMBERS
+    ]
+    said = "  <!-- the beam that this file stands for: what its models are compared with -->"
+    return "\n".join([said, "  <custom>", *lines, "  </custom>"])

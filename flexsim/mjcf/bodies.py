@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,8 +15,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.arm.parameters import Parameters
+from flexsim.arm.parameters import FIRST_ROOT, Parameters
 from flexsim.errors import ModelError, ParameterError
+from flexsim.mjcf.arm_xml import PAYLOAD
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.linear_checks import linear_reasons, refuse
@@ -92,8 +94,16 @@ def robot_of_bodies(
     clamp: float,
     L: float,
     EI: float,
+    eta: float = 0.0,
+    payload: tuple[float, float] = (0.0, 0.0),
 ) -> Parameters:
     """Return the robot of link, hub and beam, its joints and motors read from the model.
+
+    Args:
+        bodies: link, hub, beam with its payload. model: compiled; source: its name. L_R: of the
+            rigid link, clamp: of the beam from joint 2, L: of the beam [m]. EI: its stiffness
+            [N m2]; eta: its damping over stiffness [s]. payload: part of the beam's bodies that is
+            one, mass and inertia about the tip [kg], [kg m2].
 
     Raises:
         ModelError: a quantity is zero that must not be.
@@ -109,6 +119,11 @@ def robot_of_bodies(
     ):
         if not value > 0:
             raise ModelError(f"{source}: {element} has the {quantity} {value:g}; give more than 0")
+    rho = (float(beam.mass.sum()) - payload[0]) / L
+    if not rho > 0:
+        raise ModelError(
+            f"{source}: the beam has no mass beside its payload's; give its bodies some"
+        )
     try:
         return Parameters(
             L_R=L_R,
@@ -117,7 +132,7 @@ def robot_of_bodies(
             m_H=float(hub.mass.sum()),
             r=clamp,
             L=L,
-            rho=float(beam.mass.sum()) / L,
+            rho=rho,
             EI=EI,
             F_1=float(model.dof_damping[0]) / gears[0] ** 2 if gears[0] else 0.0,
             F_2=float(model.dof_damping[1]) / gears[1] ** 2 if gears[1] else 0.0,
@@ -125,9 +140,25 @@ def robot_of_bodies(
             I_m2=float(model.dof_armature[1]),
             r_1=gears[0],
             r_2=gears[1],
+            zeta=eta * FIRST_ROOT**2 / L**2 * math.sqrt(EI / rho) / 2,
+            payload=payload[0],
+            payload_inertia=payload[1],
         )
     except ParameterError as error:
         raise ModelError(f"{source}: {error}") from None
+
+
+def payload_of(model: mujoco.MjModel) -> tuple[float, float]:
+    """Return mass [kg] and inertia about the tip [kg m2] of a file's body `payload`, or zeros."""
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, PAYLOAD)
+    if body < 0:
+        return 0.0, 0.0
+    data = straight(model)
+    vertical = data.ximat[body].reshape(3, 3)[2]
+    place = data.xipos[body, :2] - data.site("tip").xpos[:2]
+    mass = float(model.body_mass[body])
+    inertia = float(np.sum(vertical**2 * model.body_inertia[body]))
+    return mass, inertia + mass * float(product(place, place))
 
 
 def _carried(model: mujoco.MjModel, heads: Sequence[int]) -> NDArray[np.bool_]:

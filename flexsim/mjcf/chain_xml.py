@@ -23,11 +23,13 @@ from flexsim.mjcf.arm_xml import (
     BENT_TIP,
     HOME,
     actuators,
+    beam_numbers,
     defaults,
     document,
     keyframes,
     looks,
     num,
+    payload,
     sensors,
     worldbody,
 )
@@ -35,11 +37,6 @@ from flexsim.numerics.step_limits import LONGEST_STEP
 
 STRIP_WIDTH = 0.02  # [m] of the steel strip that (24) and (26) fit; stands on edge, along z
 STRIP_THICKNESS = 0.001  # [m]
-HINGES = """\
-      <default class="beam">
-        <!-- damping of every hinge of the beam [N m s/rad]: the paper's has none -->
-        <joint damping="0"/>
-      </default>"""
 STRIP = f"""\
         <default class="strip">
           <!-- drawn 5 mm thick, to be seen; the steel strip is {1e3 * STRIP_THICKNESS:g} mm -->
@@ -100,11 +97,12 @@ def chain_mjcf(parameters: Parameters, design: ChainDesign, timestep: float = LO
     return document(
         _header(design, timestep),
         looks(parameters),
-        defaults(HINGES, STRIP),
+        defaults(strip=STRIP),
         worldbody(parameters, _beam(parameters, design)),
         actuators(parameters),
         sensors(_hinge_sensors(design)),
         keyframes(parameters, straight, num(*HOME, *bent)),
+        beam_numbers(parameters),
     )
 
 
@@ -129,7 +127,8 @@ def _header(design: ChainDesign, timestep: float) -> str:
     kind = "tuned" if design.fitted else "plain"
     chosen = (
         "Positions and stiffnesses of the hinges are tuned: the first three clamped frequencies\n"
-        "    are the beam's own, and its modes couple to the joints as the beam's do"
+        "    are the beam's own, its modes couple to the joints as the beam's do, and a payload\n"
+        "    changes both alike"
         if design.fitted
         else "The hinges are at the centres of equal cells h, with stiffness EI/h: not tuned"
     )
@@ -158,8 +157,10 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
     lines = [
         "        <!-- clamped at r, (21); masses: rho times the length, moments about z: m l^2/12,",
         f"             with rho = {rho} kg/m, (24); positions and stiffnesses of the hinges:",
-        f"             {how}, for L = {num(p.L)} m, (22), and EI = {num(p.EI)} N m2, (26) -->",
-        f'        <body name="root" pos="{num(p.r)} 0 0" childclass="beam">',
+        f"             {how}, for L = {num(p.L)} m, (22), and EI = {num(p.EI)} N m2, (26);",
+        f"             damping: {num(p.eta)} s times stiffness, so that mode 1 of the beam has the",
+        f"             ratio {num(p.zeta)}, assumed -->",
+        f'        <body name="root" pos="{num(p.r)} 0 0">',
         *_piece(" " * 10, root),
     ]
     start = root.length
@@ -167,7 +168,8 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
         pad = " " * (8 + 2 * j)
         lines += [
             f'{pad}<body name="segment{j}" pos="{num(start)} 0 0">',
-            f'{pad}  <joint name="hinge{j}" stiffness="{num(stiffness)}"/>',
+            f'{pad}  <joint name="hinge{j}" stiffness="{num(stiffness)}"'
+            f' damping="{num(p.eta * stiffness)}"/>',
             *_piece(pad + "  ", piece),
             f'{pad}  <geom class="mark"/>',
         ]
@@ -177,6 +179,7 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
         f'{pad}<geom class="visual" type="sphere" size="0.009" pos="{num(start)} 0 0"'
         ' material="tip"/>',
         f'{pad}<site name="tip" pos="{num(start)} 0 0"/>',
+        *payload(p, pad, start),
     ]
     lines += [" " * (8 + 2 * j) + "</body>" for j in range(design.segments, -1, -1)]
     return "\n".join(lines)

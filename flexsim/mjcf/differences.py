@@ -9,6 +9,7 @@ another number of them is one difference, not a hundred.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -61,7 +62,15 @@ ACTUATOR = (
     ("delay", "s"),
 )
 NAMES = {"ipos": "inertial pos"}
-BEAM = (("L", "m"), ("rho", "kg/m"), ("EI", "N m2"))  # of the equivalent uniform beam
+BEAM = (  # of the equivalent uniform beam
+    ("L", "m"),
+    ("r", "m"),
+    ("rho", "kg/m"),
+    ("EI", "N m2"),
+    ("zeta", "-"),
+    ("payload", "kg"),
+    ("payload_inertia", "kg m2"),
+)
 
 
 class Difference(NamedTuple):
@@ -113,7 +122,7 @@ def _beam(usual: Parameters, own: Parameters) -> Iterator[Difference]:
     """Give what changes of the beam as a whole, in the numbers of the equivalent uniform one."""
     for symbol, unit in BEAM:
         before, after = getattr(usual, symbol), getattr(own, symbol)
-        if abs(after / before - 1) > RELATIVE:
+        if not math.isclose(after, before, rel_tol=RELATIVE, abs_tol=ABSOLUTE):
             label = f"{symbol} [{unit}]"
             yield Difference("beam, as a uniform one", label, f"{before:.6g}", f"{after:.6g}")
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import replace
 from typing import TypeVar
 
@@ -13,6 +14,7 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ParameterError
+from flexsim.mjcf.arm_xml import PAYLOAD
 from flexsim.mjcf.bodies import parts
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.rod_file import RodModel
@@ -30,7 +32,8 @@ def changed(
 
     Args:
         chain: a checked file. stiffness, density: factors of every hinge's stiffness, and of the
-            mass and inertia of every body of the beam. payload: point mass at the tip [kg].
+            mass and inertia of every body of the beam but a payload; its dampers go with the root
+            of both, so that the damping ratios stay. payload: point mass at the tip [kg].
 
     Raises:
         ParameterError: a factor that is not a finite number above 0, or a negative payload.
@@ -41,10 +44,12 @@ def changed(
     if not 0 <= payload < np.inf:
         raise ParameterError(f"payload is {payload} kg; give a finite number, 0 or more")
     model = copy.copy(chain.model)
-    beam = list(parts(chain)[2].ids)
+    own = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, PAYLOAD)
+    beam = [body for body in parts(chain)[2].ids if body != own]
     model.body_mass[beam] *= density
     model.body_inertia[beam] *= density
     model.jnt_stiffness[2:] *= stiffness
+    model.dof_damping[2:] *= math.sqrt(stiffness * density)
     if payload:
         tip = model.site("tip")
         _load(model, int(tip.bodyid[0]), tip.pos, payload)

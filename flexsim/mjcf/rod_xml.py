@@ -31,6 +31,7 @@ from flexsim.mjcf.arm_xml import (
     BENT_TIP,
     HOME,
     actuators,
+    beam_numbers,
     defaults,
     document,
     keyframes,
@@ -41,7 +42,7 @@ from flexsim.mjcf.arm_xml import (
 )
 from flexsim.numerics.dense import product
 from flexsim.numerics.elementary import cos, sin
-from flexsim.numerics.step_limits import RK4_LIMIT, halved
+from flexsim.numerics.step_limits import halved, longest_rk4_step
 from flexsim.numerics.types import Array
 
 ELEMENTS = 14  # unless told otherwise: the most that RK4 takes at 0.5 ms
@@ -62,7 +63,8 @@ SLIDES = """\
       </default>
       <default class="across">
         <joint type="slide" axis="0 1 0"/>
-      </default>"""
+      </default>
+"""
 FREE_OVER_CLAMPED = 1.05  # bounds the highest frequency with free joints by that with locked ones
 
 
@@ -113,8 +115,9 @@ def rod_layout(parameters: Parameters, elements: int) -> RodLayout:
 def stable_rod_step(parameters: Parameters, elements: int) -> float:
     """Return 1 ms, halved until RK4 can take the rod [s]."""
     h = rod_layout(parameters, elements).length
-    fastest = 4 / h**2 * math.sqrt(parameters.EI / parameters.rho)  # [rad/s] a zigzag
-    return halved(RK4_LIMIT / (FREE_OVER_CLAMPED * fastest))
+    # a zigzag, with joints free [rad/s]; damping of eta times stiffness makes it decay
+    fastest = FREE_OVER_CLAMPED * 4 / h**2 * math.sqrt(parameters.EI / parameters.rho)
+    return halved(longest_rk4_step(fastest, parameters.eta * fastest**2))
 
 
 def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | None = None) -> str:
@@ -124,8 +127,14 @@ def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | Non
         parameters: the robot; elements: N. step: physics step [s], None for `stable_rod_step`.
 
     Raises:
-        ParameterError: elements out of range, or a step that is not a finite number above 0.
+        ParameterError: elements out of range, a step that is not a finite number above 0, or a
+            payload with an inertia, which a vertex has not.
     """
+    if parameters.payload_inertia > 0:
+        raise ParameterError(
+            f"payload_inertia is {parameters.payload_inertia:g} kg m2; the tip of a rod is a point "
+            "without rotation: give 0, or another plant than rod"
+        )
     layout = rod_layout(parameters, elements)
     timestep = stable_rod_step(parameters, elements) if step is None else step
     if not (math.isfinite(timestep) and timestep > 0):
@@ -142,6 +151,7 @@ def rod_mjcf(parameters: Parameters, elements: int = ELEMENTS, step: float | Non
         actuators(parameters),
         sensors(),
         keyframes(parameters, straight, bent),
+        beam_numbers(parameters),
     )
 
 
@@ -181,7 +191,9 @@ def _vertices(p: Parameters, layout: RodLayout) -> str:
         <!-- {n} elements of L/({n} + 1/sqrt 6), with L = {L} m, (22); masses: rho times that,
              the last three times {GREGORY_SPOKEN} -->"""
     ]
-    for j, (position, mass) in enumerate(zip(p.r + x[1:], layout.masses, strict=True), start=1):
+    masses = layout.masses.copy()
+    masses[-1] += p.payload
+    for j, (position, mass) in enumerate(zip(p.r + x[1:], masses, strict=True), start=1):
         lines += [
             f'        <body name="vertex{j}" pos="{num(position)} 0 0">',
             f'          <joint name="along{j}" class="along"/>',
@@ -189,6 +201,8 @@ def _vertices(p: Parameters, layout: RodLayout) -> str:
             f'          <inertial pos="0 0 0" mass="{num(mass)}" diaginertia="{inertia}"/>',
             "        </body>",
         ]
+    if p.payload > 0:
+        lines[-2:-2] = [f"          <!-- with the payload, {num(p.payload)} kg, assumed -->"]
     lines[-1:] = [
         '          <geom class="visual" type="sphere" size="0.009" material="tip"/>',
         '          <site name="tip"/>',
@@ -207,12 +221,13 @@ def _flex(p: Parameters, layout: RodLayout, timestep: float) -> str:
   <deformable>
     <!-- young: EI = {EI} N m2, (26), over the second moment pi radius^4/4 of a round section:
          only their product enters. A round one, since the box of the strip would bring its stiff
-         axis out of the plane. damping: the paper's beam has none -->
+         axis out of the plane. damping [s]: times stiffness, so that mode 1 of the beam has the
+         ratio {num(p.zeta)}, assumed -->
     <flex name="rod" dim="1" radius="{num(RADIUS)}" material="steel"
           body="{bodies}"
           vertex="{points}"
           element="{elements}">
-      <elasticity young="{num(young)}" damping="0"/>
+      <elasticity young="{num(young)}" damping="{num(p.eta)}"/>
     </flex>
   </deformable>
 

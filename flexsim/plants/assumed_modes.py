@@ -30,7 +30,7 @@ class AssumedModes(NamedTuple):
 
     With n modes: A = I_m1 + I_R0 + L_R^2 (m_H + m_b); J = I_H + I_b; first_moment = rho int x dx;
     P = rho Phi; X = rho int x chi dx; mass = rho L and stiffness = EI L beta^4 of each mode;
-    damping (n, n) of the modes; M, N as (6), (7); F viscous
+    damping (n, n) of the modes, Kelvin-Voigt: eta times stiffness; M, N as (6), (7); F viscous
     friction at the joints; tip = chi(L); slope = int chi' chi'. A payload counts as a part of the
     beam in all of them.
     """
@@ -87,7 +87,7 @@ def assumed_modes(
         mass=np.full(n, p.rho * p.L),  # (41)
         inverse_mass=np.full(n, 1 / (p.rho * p.L)),
         stiffness=stiffness,
-        damping=np.zeros((n, n)),  # (31)
+        damping=np.diag(p.eta * stiffness),  # none in the paper, (31)
         M=integrals.M[:n, :n].copy(),
         N=integrals.N[:n, :n].copy(),
         tip=integrals.tip[:n],

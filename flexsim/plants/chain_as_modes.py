@@ -41,8 +41,8 @@ class Vibration:
     Attributes:
         clamped, joint_free: (n,) frequencies [rad/s], joints locked and free, beam straight,
             theta2 = 0.
-        hinges: (N, n) hinge angles [rad/m] of modes whose modal mass is that of the beam, as (15)
-            has it, with the signs of the beam's at the tip: plus, minus, plus.
+        hinges: (N, n) hinge angles [rad/m] of modes whose modal mass is that of the beam without
+            its payload, as (15) has it, with the signs of the beam's at the tip: plus, minus, plus.
         shapes: (N+2, n) transverse displacement of these at clamp, hinges, tip [-].
         Phi, moment: (n,) couplings int chi dx [m] and int (x-r) chi dx [m2]; tip: tip values.
         compliance: static tip deflection per tip force [m/N].
@@ -146,7 +146,7 @@ def modes_of_chain(chain: ChainModel, n: int = MODES, step: float = LONGEST_STEP
     return AssumedModes(
         L_R=p.L_R,
         reach=p.reach,
-        A=p.I_m1 + p.I_R0 + p.L_R**2 * (p.m_H + p.m_b),
+        A=p.I_m1 + p.I_R0 + p.L_R**2 * float(hub.mass.sum() + beam.mass.sum()),
         J=hub.about_axis + beam.about_axis,
         I_m2=p.I_m2,
         first_moment=float(product(hub.mass, hub.x) + product(beam.mass, beam.x)),

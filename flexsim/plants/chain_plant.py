@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexsim.arm.beam import mode_shapes
+from flexsim.arm.beam import load_of, mode_shapes
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
@@ -183,9 +183,10 @@ class ChainPlant:
     def projection(self, n: int) -> Array:
         """Return the matrix (n, N+2) from transverse positions to modal coordinates.
 
-        eta_i = (1/L) int chi_i v dx of the polyline v through clamp, hinges and tip.
+        eta_i = (1/L) int chi_i v dx of the polyline v through clamp, hinges and tip, with the
+        payload's share of it.
         """
-        c = self.chain
+        c, load = self.chain, load_of(self.parameters)
         nodes = np.concatenate([[0.0], c.hinges, [c.reach - c.clamp]])
         node, weight = gauss_legendre(GAUSS_POINTS)
         matrix = np.zeros((n, len(nodes)))
@@ -193,9 +194,13 @@ class ChainPlant:
         for j, (start, end) in enumerate(pairwise(nodes)):
             u = (node + 1) / 2
             weighted = weight[:, None] / 2 * (end - start) / length
-            chi = weighted * mode_shapes(n, (start + u * (end - start)) / length)
+            chi = weighted * mode_shapes(n, (start + u * (end - start)) / length, 0, load)
             matrix[:, j] += product(1 - u, chi)
             matrix[:, j + 1] += product(u, chi)
+        matrix[:, -1] += load.mass * mode_shapes(n, 1.0, 0, load)
+        turned = load.inertia * mode_shapes(n, 1.0, 1, load) * length / (nodes[-1] - nodes[-2])
+        matrix[:, -1] += turned
+        matrix[:, -2] -= turned
         return matrix
 
 

@@ -58,10 +58,12 @@ class AssumedModesPlant:
         parameters: the robot; modes: n, 0 for a rigid second link; step: physics step [s].
         form: 'consistent' or 'printed'.
         misprints: of the printed form, the sum of the switches of `flexsim.plants.printed`.
+        modal_damping: ratios of the clamped modes, one for each, instead of the parameters' zeta.
         chain: an MJCF file whose own modes and masses take the place of the parameters' beam.
 
     Raises:
-        ParameterError: an unknown form, or a step beyond the integrator's limit.
+        ParameterError: an unknown form, a step beyond the integrator's limit, or another number
+            of damping ratios than of modes.
         ModelError: the file has something that the equations do not.
     """
 
@@ -72,6 +74,7 @@ class AssumedModesPlant:
     name: str = "assumed-modes"
     chain: ChainModel | None = None
     misprints: int = AS_PRINTED
+    modal_damping: tuple[float, ...] = ()
 
     integrator = "RK4"
     mjcf = None
@@ -80,6 +83,11 @@ class AssumedModesPlant:
     def __post_init__(self) -> None:
         if self.form not in ("consistent", "printed"):
             raise ParameterError(f"form {self.form!r} is unknown; choose consistent or printed")
+        if self.modal_damping and self.modes and len(self.modal_damping) != self.modes:
+            raise ParameterError(
+                f"modal damping has {len(self.modal_damping)} ratios for {self.modes} modes; give "
+                "one for each"
+            )
         if not 0 < self.step < np.inf:
             raise ParameterError(f"physics step is {self.step} s; give more than 0")
         if self.step >= self.longest_step:
@@ -112,7 +120,11 @@ class AssumedModesPlant:
         """Coefficients of the consistent equations."""
         if self.chain is not None:
             return modes_of_chain(self.chain, self.modes, self.step)
-        return assumed_modes.assumed_modes(self.parameters, self.modes, self.step)
+        found = assumed_modes.assumed_modes(self.parameters, self.modes, self.step)
+        if not self.modal_damping or self.modes == 0:
+            return found
+        rates = 2 * np.array(self.modal_damping) * np.sqrt(found.stiffness / found.mass)
+        return found._replace(damping=np.diag(rates * found.mass))
 
     @property
     def highest_frequency(self) -> float:
@@ -220,10 +232,17 @@ class AssumedModesPlant:
         """Return the plant without friction at its joints, nor damping in its beam."""
         free = replace(self.parameters, F_1=0.0, F_2=0.0, zeta=0.0)
         chain = None if self.chain is None else without_damping(self.chain)
-        return replace(self, parameters=free, chain=chain)
+        return replace(self, parameters=free, chain=chain, modal_damping=())
 
 
-def stable_modes_step(parameters: Parameters, modes: int, chain: ChainModel | None = None) -> float:
+def stable_modes_step(
+    parameters: Parameters,
+    modes: int,
+    chain: ChainModel | None = None,
+    modal_damping: tuple[float, ...] = (),
+) -> float:
     """Return 1 ms, halved until RK4 can take the assumed modes with free joints [s]."""
-    plant = AssumedModesPlant(parameters, modes, SHORTEST_STEP, chain=chain)
+    plant = AssumedModesPlant(
+        parameters, modes, SHORTEST_STEP, chain=chain, modal_damping=modal_damping
+    )
     return halved(plant.longest_step)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexsim.errors import ModelError
-from flexsim.mjcf.as_parameters import beam_heads, parameters_of_rod
+from flexsim.mjcf.as_parameters import beam_heads, parameters_of_rod, rod_payload
 from flexsim.mjcf.bodies import Bodies, parted
 from flexsim.mjcf.reading.linear_checks import linear_reasons, together
 from flexsim.mjcf.rod_file import RodModel
@@ -22,16 +22,11 @@ ON_AXIS = 1e-9  # [m] how far from where it belongs a centre of mass may be
 
 
 def require_uniform(rod: RodModel) -> None:
-    """Raise a ModelError naming all in a rod that is not a uniform, undamped beam in free space."""
-    found = [*linear_reasons(rod.model), *_dampers(rod), *_masses(rod), *_beam(rod)]
+    """Raise a ModelError naming all in a rod that is not a uniform beam in free space."""
+    found = [*linear_reasons(rod.model), *_masses(rod), *_beam(rod)]
     if found:
         them = "it" if len(found) == 1 else "them"
         raise ModelError(f"{rod.source}: {'; '.join(found)}; only --plant rod can take {them}")
-
-
-def _dampers(rod: RodModel) -> Iterator[str]:
-    if rod.model.flex_damping.any():  # MuJoCo allows vertices no other
-        yield "the elasticity of the flex has damping"
 
 
 def _masses(rod: RodModel) -> Iterator[str]:
@@ -55,6 +50,7 @@ def _beam(rod: RodModel) -> Iterator[str]:
     root = _root(rod, beam)
     names = ["root", *(body.name for body in bodies)]
     masses = np.append(root[0], [body.mass[0] for body in bodies])
+    masses[-1] -= rod_payload(rod)
     for quantity, unit, found, wanted in (
         ("mass", "kg", masses, np.append(layout.root_mass, layout.masses)),
         (

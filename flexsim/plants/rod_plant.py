@@ -29,7 +29,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexsim.arm.beam import mode_shapes
+from flexsim.arm.beam import load_of, mode_shapes
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
@@ -37,7 +37,7 @@ from flexsim.mjcf.chain_file import mass_matrix, motor_matrix
 from flexsim.mjcf.designed import designed_rod
 from flexsim.mjcf.edits import without_damping
 from flexsim.mjcf.reading.linear_checks import require_linear
-from flexsim.mjcf.rod_file import RodModel, moving_across, rod_stiffness
+from flexsim.mjcf.rod_file import RodModel, moving_across, rod_damping, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
 from flexsim.numerics.dense import product
 from flexsim.numerics.mujoco_c import quiet_warnings
@@ -154,7 +154,7 @@ class RodPlant:
         tip[-1] = 1.0
         return LinearPlant(
             mass_matrix(model, pose)[take],
-            np.diag(model.dof_damping[moving]),
+            np.diag(model.dof_damping[moving]) + rod_damping(model)[take],
             rod_stiffness(model)[take],
             motor_matrix(model)[moving],
             tip,
@@ -191,16 +191,18 @@ class RodPlant:
     def projection(self, n: int) -> Array:
         """Return the matrix (n, N+2) from transverse positions to modal coordinates.
 
-        eta_i = (1/L) int chi_i v dx of the polyline v through clamp and vertices.
+        eta_i = (1/L) int chi_i v dx of the polyline v through clamp and vertices, with the
+        payload's share of it.
         """
-        r = self.rod
+        r, load = self.rod, load_of(self.parameters)
         nodes = np.concatenate([[0.0], r.vertices[1:] - r.clamp]) / (r.reach - r.clamp)
         point, weight = gauss_legendre(GAUSS_POINTS)
         spans = np.diff(nodes)[:, None]
         x = (nodes[:-1, None] + spans * (point + 1) / 2).ravel()
-        weighted = mode_shapes(n, x) * (spans * weight / 2).reshape(-1, 1)  # (X, n)
+        weighted = mode_shapes(n, x, 0, load) * (spans * weight / 2).reshape(-1, 1)  # (X, n)
         hats = np.array([np.interp(x, nodes, row) for row in np.eye(len(nodes))])  # (N+2, X)
         matrix: Array = product(hats, weighted).T
+        matrix[:, -1] += load.mass * mode_shapes(n, 1.0, 0, load)
         return matrix
 
     def energies(self, states: Array) -> Array:

@@ -13,7 +13,7 @@ compared by these only.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -22,7 +22,6 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller
-from flexsim.arm.parameters import Parameters
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import closed_loop, measure
@@ -69,8 +68,6 @@ class CompareConfig(LoopOptions):
     """Physics step of assumed modes [s]; 1 ms, halved until RK4 can take it, unless given."""
     chain_step: float | None = None
     """Physics step of chains [s]; 1 ms, halved until RK4 can take it, unless given."""
-    robot: Parameters = field(default_factory=Parameters)
-    """The robot, on both plants, without --mjcf."""
     line: Trajectory = TRAJECTORIES["line"]
     """Our line; the reconstructed one is part of its fit."""
     two_loop: Trajectory = TRAJECTORIES["two-loop"]
@@ -141,7 +138,7 @@ def true_tip_tasks(shapes: dict[str, Trajectory], setting_name: str) -> list[Tas
 
 def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
     """Return both plants with a setting's motors."""
-    robot, motors, c = config.robot_of(config.robot), setting(setting_name), config
+    robot, motors, c = config.robot_of(), setting(setting_name), config
     one, other = (
         robot.plant(name, motors, c.modes, c.segments, c.step, c.chain_step) for name in c.plants
     )
@@ -186,7 +183,7 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
             control period that is no whole multiple of a physics step, or a path out of reach.
     """
     config = config.asked()
-    robot = config.robot_of(config.robot)
+    robot = config.robot_of()
     todo = tasks(config)
     advance = ticker(progress, "compare", 2 * len(todo))
     names = dict.fromkeys(task.setting for task in todo)

@@ -1,4 +1,4 @@
-"""The options `--mjcf` and `--beam` of every command, what they change, and the file they keep.
+"""Which robot a command is about: `--robot.*`, `--mjcf`; what a file changes; the file it keeps.
 
 >>> robot = config.robot_of()
 >>> show_differences(robot)                   # what the file changes
@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -57,6 +57,11 @@ class NameOptions:
 class RobotOptions(NameOptions):
     """Which robot a command is about."""
 
+    robot: Parameters = field(default_factory=Parameters)
+    """The robot, in every model of it, unless --mjcf gives a file."""
+    modal_damping: tuple[float, ...] = ()
+    """Damping ratios of the assumed modes, one for each, instead of --robot.zeta; chains get the
+    first one's, and ratios that grow with the frequency."""
     mjcf: Path | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] = "file"
@@ -67,15 +72,28 @@ class RobotOptions(NameOptions):
     def for_tuning(self) -> dict[str, Any]:
         """The same options of a `studies.tuning.problem.Tuning`."""
         mjcf = None if self.mjcf is None else str(self.mjcf)
-        return {"mjcf": mjcf, "beam": self.beam} | vars(self.names)
+        own = {"robot": self.robot, "modal_damping": self.modal_damping}
+        return {"mjcf": mjcf, "beam": self.beam} | own | vars(self.names)
 
-    def robot_of(self, parameters: Parameters | None = None) -> Robot:
-        """Return the robot; `parameters` are its own without a file.
+    def robot_of(self) -> Robot:
+        """Return the robot.
 
         Raises:
             ParameterError, ModelError: as `Robot.of`.
         """
-        return Robot.of(self.mjcf, self.beam, parameters, names=self.names)
+        own = None if self.robot == type(self)._usual_robot() else self.robot
+        if self.mjcf is None:
+            own = self.robot
+        return Robot.of(
+            self.mjcf, self.beam, own, names=self.names, modal_damping=self.modal_damping
+        )
+
+    @classmethod
+    def _usual_robot(cls) -> Parameters:
+        """Return the robot that the command has unless told otherwise."""
+        item: Any = cls.__dataclass_fields__["robot"]
+        usual: Parameters = item.default_factory()
+        return usual
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +28,7 @@ from rich.progress import Progress
 from controllers import TUNED
 from flexsim.arm.beam import MODES
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
+from flexsim.arm.parameters import Parameters, paper
 from flexsim.errors import DivergenceError
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive, evaluate, measure, thread_count
@@ -78,6 +79,9 @@ class LadderConfig(ThreadOptions, StudyOptions):
     QUICK: ClassVar = {"rounds": 3}
 
     out: Out = Path("runs/ladder")
+    robot: Parameters = field(default_factory=paper)
+    """The robot, unless --mjcf gives a file; undamped unless told otherwise, so that chains of
+    many segments, whose fastest motions damping makes stiff, can be stepped."""
     quick: bool = False
     """Fewer rungs and steps, half a second of open loop, a coarser reference."""
     rounds: int = 10

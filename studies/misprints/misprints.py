@@ -12,7 +12,7 @@ H is singular, which is all that their row says; they are read as 3 <= j <= n+2 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,6 +21,7 @@ from rich.progress import Progress
 
 from controllers import TUNED, Controller
 from flexsim.arm.beam import MODES
+from flexsim.arm.parameters import Parameters, paper
 from flexsim.loop.metrics import envelope_half_width, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive, evaluate
@@ -60,6 +61,8 @@ class MisprintsConfig(ModelOptions, SeedOptions, StudyOptions):
     QUICK: ClassVar = {"perturbations": 2}
 
     out: Out = Path("runs/misprints")
+    robot: Parameters = field(default_factory=paper)
+    """The robot, unless --mjcf gives a file; undamped, as the paper's, unless told otherwise."""
     quick: bool = False
     """Two poses, one trajectory and two runs each only."""
     perturbations: Perturbations = 10

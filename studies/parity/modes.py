@@ -5,12 +5,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import tyro
 
-from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.carry_out import Question
@@ -28,7 +27,7 @@ class ModesConfig(RobotOptions):
     json: bool = False
     """Print one JSON object instead of tables."""
 
-    def robot_of(self, parameters: Parameters | None = None) -> Robot:
+    def robot_of(self) -> Robot:
         """Return the robot, however its file was given.
 
         Raises:
@@ -36,8 +35,7 @@ class ModesConfig(RobotOptions):
         """
         if self.file is not None and self.mjcf is not None:
             raise ParameterError(f"two MJCF files are given, {self.file} and {self.mjcf}; give one")
-        named = RobotOptions(mjcf=self.mjcf or self.file, beam=self.beam, **vars(self.names))
-        return named.robot_of(parameters)
+        return super(ModesConfig, replace(self, mjcf=self.mjcf or self.file)).robot_of()
 
 
 def run(config: ModesConfig) -> ModesResult:

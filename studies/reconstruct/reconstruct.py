@@ -12,7 +12,7 @@ start a hair apart; and in which unit of time Table 2's gains fall inside Table 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -20,6 +20,7 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TABLE_2
+from flexsim.arm.parameters import Parameters, paper
 from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.controllers import stack
 from flexsim.loop.runs import loop_of, measure
@@ -55,6 +56,8 @@ class ReconstructConfig(LoopOptions):
     QUICK: ClassVar = {"perturbations": 3}
 
     out: Out = Path("runs/reconstruct")
+    robot: Parameters = field(default_factory=paper)
+    """The robot, unless --mjcf gives a file; undamped, as the paper's, unless told otherwise."""
     quick: bool = False
     """Four variants and three runs each only."""
     perturbations: Perturbations = 12

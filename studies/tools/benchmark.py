@@ -28,7 +28,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from flexsim.arm.parameters import Parameters
+from flexsim.arm.parameters import Parameters, paper
 from flexsim.errors import ModelError, ParameterError
 from flexsim.loop.runs import thread_count
 from flexsim.plants.base import Plant
@@ -70,6 +70,8 @@ GOALS = (  # a loop, what it is held against, how much of that it may cost at mo
 class BenchmarkConfig(RobotOptions):
     """Time the closed loops beside bare mj_steps, the same loop in C and one in Python."""
 
+    robot: Parameters = field(default_factory=paper)
+    """The robot, unless --mjcf gives a file; undamped unless told otherwise."""
     rounds: int = 5
     """How often each loop is timed, in turn; the least time counts."""
     seconds: float = 2.0
@@ -142,7 +144,7 @@ def sized_loops(p: Parameters, seconds: float) -> dict[str, Run]:
 
 def plants_of(config: BenchmarkConfig) -> tuple[dict[str, Plant], list[str]]:
     """Return the plants by their keys, undamped without a file; and why one is missing."""
-    robot = config.robot_of(None if config.mjcf else replace(Parameters(), zeta=0.0))
+    robot = config.robot_of()
     modes, chain = robot.both()
     plants: dict[str, Plant] = {"assumed_modes": modes, "chain": chain}
     try:

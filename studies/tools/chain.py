@@ -5,11 +5,13 @@ result.design.coupling_error, result.highest_frequency
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from flexsim.arm.beam import MODES, modal_integrals
-from flexsim.arm.chain_design import SEGMENTS, ChainDesign, design_chain, plain_chain
+from flexsim.arm.chain_design import SEGMENTS, ChainDesign, design_chain, front, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import highest_frequency, longest_step
@@ -29,8 +31,8 @@ SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
 class ChainConfig:
     """The chain to design, and the file to write it to."""
 
-    out: Path
-    """MJCF file to write; its name ends in .xml."""
+    out: Path | None = None
+    """MJCF file to write; its name ends in .xml. Needed but with --front."""
     segments: int = SEGMENTS
     """Number of hinged segments: 3 to 16, or 3 to 200 when plain."""
     timestep: float = LONGEST_STEP
@@ -39,6 +41,8 @@ class ChainConfig:
     """Leave the chain untuned: hinges at the centres of equal cells h, stiffness EI/h."""
     robot: Parameters = field(default_factory=Parameters)
     """The robot whose beam the chain stands for."""
+    front: bool = False
+    """Show what couplings, loaded frequencies and the step cost each other, and write nothing."""
     force: bool = False
     """Overwrite the file if it exists."""
     json: bool = False
@@ -54,7 +58,7 @@ class ChainResult:
     text: str
     """The MJCF."""
     beam_frequency: Array
-    """(3,) of the clamped beam [rad/s]."""
+    """(3,) of the clamped beam without a payload [rad/s]."""
     highest_frequency: float
     """Of the compiled chain with both joints free, over poses of joint 2 [rad/s]."""
     longest_step: float
@@ -78,7 +82,7 @@ def run(config: ChainConfig) -> ChainResult:
             f"timestep is {config.timestep:g} s; RK4 on {config.segments} segments, with a highest "
             f"frequency of {omega:.0f} rad/s, needs {SHOWN_STEP * longest:.3g} s or less"
         )
-    beam = modal_integrals(parameters, MODES)
+    beam = modal_integrals(replace(parameters, payload=0.0, payload_inertia=0.0), MODES)
     return ChainResult(config, design, text, beam.frequency, omega, longest)
 
 
@@ -86,9 +90,15 @@ def command(config: ChainConfig) -> None:
     """Write the MJCF file and print how the chain compares, as a table or one JSON object.
 
     Raises:
-        ParameterError: segments out of range, or a timestep that RK4 cannot take.
+        ParameterError: segments out of range, or a timestep that RK4 cannot take; no file to
+            write, or one with --front.
         RunError: the file cannot be written.
     """
+    if config.front:
+        show_front(config)
+        return
+    if config.out is None:
+        raise ParameterError("--out is missing; name the MJCF file to write, as --out chain6.xml")
     result = run(config)
     path = write_chain(config.out, result.text, config.force)
     if config.json:
@@ -105,12 +115,13 @@ def as_dict(result: ChainResult) -> dict[str, object]:
     """Return what JSON has."""
     of_design = ("position", "stiffness", "frequency", "frequency_error", "Phi_error")
     more = ("moment_error", "tip_error", "compliance_error", "mac")
+    shared = ("rotation_error", "payload_error", "loaded", "loaded_error")
     return {
         "file": str(result.config.out),
         "segments": result.design.segments,
         "tuned": result.design.fitted,
         "timestep": result.config.timestep,
-        **{name: getattr(result.design, name) for name in (*of_design, *more)},
+        **{name: getattr(result.design, name) for name in (*of_design, *more, *shared)},
         "beam_frequency": result.beam_frequency,
         "highest_frequency": result.highest_frequency,
         "longest_step": result.longest_step,
@@ -141,6 +152,75 @@ COLUMNS = (
 )
 
 
+@dataclass(frozen=True)
+class FrontRow:
+    """One fit: its errors [-], the highest clamped frequency [rad/s], the step it allows [s]."""
+
+    coupling: float
+    payload: float
+    rotation: float
+    top: float
+    longest_step: float
+    chosen: str
+
+
+FRONT_COLUMNS = (
+    Column("coupling", "couplings", "%", ".4f", scale=100),
+    Column("payload", "under payloads", "%", ".4f", scale=100),
+    Column("rotation", "rotation", "%", "+.4f", scale=100),
+    Column("top", "highest", "rad/s", ".0f"),
+    Column("longest_step", "RK4 up to", "ms", ".3g", scale=1e3),
+    Column("chosen", ""),
+)
+
+
+def front_rows(config: ChainConfig) -> list[FrontRow]:
+    """Return what other weights of the fit lead to, by rising highest frequency.
+
+    Raises:
+        ParameterError: segments out of range, or an option that has no effect with --front.
+    """
+    for name, is_given in (("--out", config.out is not None), ("--plain", config.plain)):
+        if is_given:
+            raise ParameterError(f"{name} has no effect with --front, which writes nothing")
+    chosen = design_chain(config.robot, config.segments)
+    return [
+        FrontRow(
+            coupling=each.coupling_error,
+            payload=each.payload_error,
+            rotation=each.rotation_error,
+            top=float(each.frequency[-1]),
+            longest_step=longest_step(compiled(chain_mjcf(config.robot, each))) or math.inf,
+            chosen="chosen" if np.array_equal(each.stiffness, chosen.stiffness) else "",
+        )
+        for each in front(config.robot, config.segments)
+    ]
+
+
+def show_front(config: ChainConfig) -> None:
+    """Print the front as a table or one JSON object."""
+    rows = front_rows(config)
+    if config.json:
+        print(to_json({"segments": config.segments, "front": [asdict(row) for row in rows]}))
+        return
+    note = (
+        "largest errors of the couplings, of frequencies 1 to 3 under payloads up to the beam's "
+        "mass with a radius of gyration up to 0.2 L, and of the tip's rotation under a moment"
+    )
+    title = f"Tuned chains of {config.segments} segments"
+    console().print(Table(rows, FRONT_COLUMNS, title, note).render())
+
+
+def _loaded(result: ChainResult) -> str:
+    """Return a line on the frequencies with the robot's payload, '' without one."""
+    p, design = result.config.robot, result.design
+    if p.payload == 0 and p.payload_inertia == 0:
+        return ""
+    hertz = ", ".join(f"{omega / (2 * math.pi):.5f}" for omega in design.loaded)
+    errors = ", ".join(f"{100 * error:+.3f}" for error in design.loaded_error)
+    return f"with the payload, clamped: {hertz} Hz, off by {errors} %\n"
+
+
 def table(result: ChainResult) -> Table:
     """Return a row per clamped mode: frequencies, errors and MAC; below, what else there is."""
     design = result.design
@@ -150,6 +230,10 @@ def table(result: ChainResult) -> Table:
     note = (
         f"largest error of a coupling (Phi, moment): {100 * design.coupling_error:.4f} %\n"
         f"static deflection under a force at the tip: {100 * design.compliance_error:+.4f} %\n"
+        f"rotation under a moment there: {100 * design.rotation_error:+.4f} %\n"
+        f"frequencies 1 to 3 under payloads up to the beam's mass: off by up to "
+        f"{100 * design.payload_error:.4f} %\n"
+        f"{_loaded(result)}"
         f"highest frequency with free joints: {result.highest_frequency:.0f} rad/s\n"
         f"RK4 is stable up to {1e3 * result.longest_step:.3g} ms; "
         f"the file has {1e3 * result.config.timestep:g} ms"

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from flexsim.arm.beam import MODES
+from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import Hardware, overridden
@@ -87,7 +88,7 @@ class Tuning:
         hardware: a name; hardware_delay, ..., hardware_lag: numbers instead of its own, see
             `studies.core.options`. All individuals have the same noise, by the seed.
         modes: n. segments: N of the chain, None for 6 or the file's.
-        mjcf, beam: the robot's file, None for the paper's robot, see `Robot.of`.
+        robot, modal_damping: the robot without a file. mjcf, beam: its file; see `Robot.of`.
         joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
 
     Raises:
@@ -116,6 +117,8 @@ class Tuning:
     seed: int = 1
     modes: int = MODES
     segments: int | None = None
+    robot: Parameters = field(default_factory=Parameters)
+    modal_damping: tuple[float, ...] = ()
     mjcf: str | None = None
     beam: str = "file"
     joint1: str | None = None
@@ -316,7 +319,8 @@ def robot_of(tuning: Tuning) -> Robot:
         ParameterError, ModelError: its file cannot be used.
     """
     names = Names(**{item.name: getattr(tuning, item.name) for item in fields(Names)})
-    return Robot.of(tuning.mjcf, tuning.beam, names=names)
+    own = tuning.robot if tuning.mjcf is None or tuning.robot != Parameters() else None
+    return Robot.of(tuning.mjcf, tuning.beam, own, names=names, modal_damping=tuning.modal_damping)
 
 
 def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None = None) -> Problem:

@@ -29,6 +29,7 @@ import numpy as np
 if sys.platform != "win32":
     import fcntl
 
+from flexsim.arm.parameters import Parameters
 from flexsim.errors import FlexsimError, RunError
 from flexsim.files.reading import MIB, read_regular
 from flexsim.mjcf.reading.names import Names
@@ -236,10 +237,14 @@ def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
     if not known - newer <= set(values) <= known or set(table) != set(NAMES):
         raise RunError(damaged)
     try:
-        pairs = {"weights": tuple(values["weights"])}
-        if values["hardware_torque_limit"] is not None:
-            pairs["hardware_torque_limit"] = tuple(values["hardware_torque_limit"])
-        tuning = Tuning(**values | pairs)
+        limit = values["hardware_torque_limit"]
+        typed = {
+            "weights": tuple(values["weights"]),
+            "hardware_torque_limit": limit if limit is None else tuple(limit),
+            "robot": Parameters(**values["robot"]),
+            "modal_damping": tuple(values["modal_damping"]),
+        }
+        tuning = Tuning(**values | typed)
         draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
     except FlexsimError as error:
         raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None

@@ -13,13 +13,14 @@ import dataclasses
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 from typing import Any, Literal
 
 from rich.progress import BarColumn, Progress, TextColumn
 
+from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.console import console
@@ -100,6 +101,11 @@ class TuneConfig(NameOptions):
     """Assumed modes, n; 3 unless given."""
     segments: int | None = None
     """Segments of the chain; 6 unless given."""
+    robot: Parameters = field(default_factory=Parameters)
+    """The robot, in every model of it, unless --mjcf gives a file."""
+    modal_damping: tuple[float, ...] = ()
+    """Damping ratios of the assumed modes, one for each, instead of --robot.zeta; chains get the
+    first one's, and ratios that grow with the frequency."""
     mjcf: str | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] | None = None
@@ -133,7 +139,9 @@ class TuneConfig(NameOptions):
 def given(config: TuneConfig) -> dict[str, Any]:
     """Return those of a tuning's values that the command line gives."""
     names = (item.name for item in dataclasses.fields(Tuning))
-    return {name: getattr(config, name) for name in names if getattr(config, name) is not None}
+    values = {name: getattr(config, name) for name in names}
+    not_given = (None, (), Parameters())
+    return {name: value for name, value in values.items() if value not in not_given}
 
 
 def tuning_of(config: TuneConfig) -> Tuning:

@@ -28,7 +28,7 @@ def fresh() -> Iterator[None]:
 def test_a_fitted_chain_has_no_flaw() -> None:
     a, k = (np.array(each) for each in fitted_chain(6))
     assert flaw(a, k) == ""
-    assert flaw(a, k * (1 + 10 * FREQUENCY_MOST)).startswith("a frequency is off by 1e-10")
+    assert flaw(a, k * (1 + 10 * FREQUENCY_MOST)).startswith("a frequency is off by 9.9e-11")
     assert "follow one another" in flaw(a[::-1], k)
     assert "each with a spring" in flaw(a, -k)
 

@@ -101,12 +101,6 @@ def test_every_positive_number_is_taken_as_given(name: str, value: float) -> Non
     assert getattr(replace(Parameters(), **{name: value}), name) == value
 
 
-@given(value=st.floats(0.5, 1e6))
-def test_a_damping_ratio_is_a_fraction(value: float) -> None:
-    with pytest.raises(ParameterError, match=r"parameter zeta .* give a fraction below 0.5"):
-        Parameters(zeta=value)
-
-
 @given(zeta=st.floats(0.0, 0.4), EI=st.floats(0.01, 10.0))
 def test_kelvin_voigt_time_gives_mode_1_its_ratio(zeta: float, EI: float) -> None:
     p = Parameters(zeta=zeta, EI=EI)

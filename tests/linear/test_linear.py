@@ -77,7 +77,7 @@ def test_eigenvalues_are_the_joint_free_frequencies(plant: Plant, theta2: float)
 
 
 def test_assumed_modes_frequencies_are_those_of_its_mass_and_stiffness() -> None:
-    plant = AssumedModesPlant(replace(PARAMETERS, F_1=0.0, F_2=0.0), modes=5, step=2e-4)
+    plant = AssumedModesPlant(PARAMETERS, modes=5, step=2e-4).undamped()
     found = frequencies(linearise(plant, 1.2).A)
     assert found == pytest.approx(free_frequencies(plant.coefficients, 1.2), rel=ROUNDING)
 
@@ -102,9 +102,9 @@ def test_stepped_hold_is_one_period_as_simulated(plant: Plant) -> None:
 
 @pytest.mark.parametrize("name", ["Euler", "implicit", "implicitfast", "discrete"])
 def test_other_integrators_are_held_as_they_step(name: str) -> None:
-    text = ChainPlant.designed(PARAMETERS).chain.text
+    damped = replace(PARAMETERS, zeta=0.005)
+    text = ChainPlant.designed(damped, step=PERIOD / 2).chain.text
     text = text.replace('integrator="RK4"', f'integrator="{name}"')
-    text = text.replace('<joint damping="0"/>', '<joint damping="0.003"/>')
     plant = ChainPlant(PARAMETERS, load_chain(text=text))
     linear = linearise(plant, 1.2)
     measured = one_period(plant, 1.2)
@@ -132,7 +132,7 @@ def test_viscous_joint_friction_is_held_as_simulated(gear: float) -> None:
 def test_stepped_hold_converges_with_fourth_order(plant: Plant) -> None:
     linear = linearise(plant, 1.2)
     exact = zero_order_hold(linear, PERIOD)[0]
-    steps = PERIOD / np.array([4, 8, 16])
+    steps = PERIOD / np.array([8, 16, 32])
     error = [mismatch(stepped_hold(linear, PERIOD, h)[0], exact) for h in steps]
     order = np.polyfit(np.log(steps), np.log(error), 1)[0]
     assert order == pytest.approx(4, abs=0.1)

@@ -147,7 +147,7 @@ class SlowModes:
         transport = (mass_matrix(p, q + 1j * h * w) @ w).imag / h
         force = gradient - transport
         force[:2] += tau - np.array([p.F_1, p.F_2]) * w[:2]
-        force[2:] -= p.stiffness * q[2:]
+        force[2:] -= p.stiffness * q[2:] + p.damping @ w[2:]
         return np.concatenate([w, np.linalg.solve(mass_matrix(p, q), force)])
 
     def step(self, state: np.ndarray, tau: np.ndarray) -> np.ndarray:

@@ -226,7 +226,7 @@ def test_a_file_without_a_block_says_so() -> None:
 
 
 def test_hinges_elsewhere_are_said_to_be() -> None:
-    longer = edited('<body name="segment3" pos="0.0', '<body name="segment3" pos="0.1')
+    longer = edited('<body name="segment3" pos="0.10', '<body name="segment3" pos="0.20')
     found = of(written(P, longer))
     assert any("where no chain of ours has them" in remark for remark in found.remarks)
     assert found.reference.compliance == pytest.approx(

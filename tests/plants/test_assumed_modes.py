@@ -23,7 +23,7 @@ from flexsim.plants.assumed_modes import (
 from flexsim.plants.modes_plant import AssumedModesPlant
 
 PARAMETERS = Parameters()
-CONSERVATIVE = Parameters(F_1=0.0, F_2=0.0)
+CONSERVATIVE = Parameters(F_1=0.0, F_2=0.0, zeta=0.0)
 FREE = setting("none")
 COMPLEX_STEP = 1e-30  # differences nothing, so its only error is rounding
 ROUNDING = 1e-10  # relative to the largest acceleration; the 2x2 solve loses up to three digits
@@ -38,6 +38,7 @@ class Lagrangian:
     """T and V straight from the velocity of the beam's elements, (15) as printed, by quadrature.
 
     Orders in eta and its rate are kept apart, as (3, points), and products cut after the second.
+    Damping is Kelvin-Voigt's: what bends, resists with eta times the rate of bending.
     """
 
     def __init__(self, parameters: Parameters, n: int) -> None:
@@ -91,7 +92,7 @@ class Lagrangian:
         force = np.zeros(m)
         force[:2] = tau * (p.r_1, p.r_2)
         force[:2] -= np.array([p.F_1 * p.r_1**2, p.F_2 * p.r_2**2]) * w[:2]
-        force[2:] = -bending @ q[2:]
+        force[2:] = -bending @ (q[2:] + p.eta * w[2:])
         solution: np.ndarray = np.linalg.solve(H, force - transport + gradient)
         return solution
 
@@ -158,7 +159,7 @@ def test_mass_matrix_is_that_of_the_kinetic_energy(n: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_power_of_torque_and_friction_is_the_rate_of_energy(seed: int) -> None:
-    """dE/dt = sum r_i tau_i w_i - F_i r_i^2 w_i^2 at any state, exactly."""
+    """dE/dt = sum r_i tau_i w_i - F_i r_i^2 w_i^2 - eta' D eta' at any state, exactly."""
     parameters = Parameters(r_1=1.7, r_2=0.6, F_1=0.2, F_2=0.3)
     n, p = 3, assumed_modes(parameters, 3)
     q, w, tau = random_state(seed, n)
@@ -168,6 +169,7 @@ def test_power_of_torque_and_friction_is_the_rate_of_energy(seed: int) -> None:
     power = (
         tau @ (np.array([1.7, 0.6]) * w[:2]) - np.array([0.2 * 1.7**2, 0.3 * 0.6**2]) @ w[:2] ** 2
     )
+    power -= w[2:] @ p.damping @ w[2:]
     terms = np.abs(w * (mass_matrix(p, q) @ a)).sum() + np.abs(power)
     assert abs(rate - power) < BALANCE * terms
 

@@ -23,8 +23,8 @@ from flexsim.plants.printed import (
     scaled_mass,
 )
 
-PARAMETERS = Parameters()
-CONSERVATIVE = Parameters(F_1=0.0, F_2=0.0)
+PARAMETERS = Parameters(zeta=0.0)  # as the paper has it
+CONSERVATIVE = Parameters(F_1=0.0, F_2=0.0, zeta=0.0)
 ROUNDING = 1e-10  # relative to the largest acceleration; a dense solve against a 2x2 one
 VISIBLE = 1e-4  # relative change that a misprint makes somewhere; 1e6 times ROUNDING
 DRIFT = 1e-10  # relative energy drift of the consistent form over 2 s; RK4 leaves 2.6e-11

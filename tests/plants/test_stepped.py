@@ -26,8 +26,8 @@ FEWEST = 0.15  # of them that must be accepted, and slimmer: else nothing is tes
 SHOWN = ("ngeom", "nsite", "nsensor", "ncam", "nlight")
 
 FROM_GEOMS = edited(  # a payload whose mass is that of its geom
-    '<site name="tip" pos="0.077095 0 0"/>',
-    '<site name="tip" pos="0.077095 0 0"/><body name="ball" pos="0.07 0.01 0">'
+    '<site name="tip" pos="0.03469 0 0"/>',
+    '<site name="tip" pos="0.03469 0 0"/><body name="ball" pos="0.03 0.01 0">'
     '<geom type="sphere" size="0.01" mass="0.02" contype="0" conaffinity="0"/></body>',
     edited('inertiafromgeom="false"', 'inertiafromgeom="auto"'),
 )

@@ -68,7 +68,9 @@ def test_a_file_is_the_robot_of_both_plants() -> None:
     assert modes.parameters.I_m2 == 0.0557 and modes.coefficients.I_m2 == 0.0557
     assert chain.chain.model.dof_armature[1] == 0.0557
     assert robot.file is not None and robot.file.model.dof_armature[1] == 0.0  # left alone
-    assert modes.parameters.m_b == pytest.approx(0.1285)
+    assert modes.parameters.m_b == pytest.approx(0.0785)
+    assert modes.parameters.payload == 0.05
+    assert modes.parameters.payload_inertia == pytest.approx(5e-6)
 
 
 def test_the_papers_beam_on_the_files_rigid_bodies() -> None:
@@ -145,8 +147,10 @@ def test_differences_name_element_attribute_and_both_values() -> None:
     def shown(text: str) -> list[tuple[str, ...]]:
         return [tuple(row) for row in differences(load_chain(text=text))]
 
-    assert ("hinge3", "stiffness [N m/rad]", "3.78729", "1.89364") in shown(EDITS["soft hinge"])
-    assert shown(EDITS["damped"]) == [("hinge1 to hinge6", "damping [N m s/rad]", "0", "0.00455")]
+    assert ("hinge3", "stiffness [N m/rad]", "3.45788", "1.72894") in shown(EDITS["soft hinge"])
+    damped = shown(EDITS["damped"])
+    assert ("hinge1", "damping [N m s/rad]", "0.000745092", "0.00745092") in damped
+    assert ("beam, as a uniform one", "zeta [-]", "0.000999948", "0.00999948") in damped
     assert shown(EDITS["heavy link"]) == [
         ("link1", "inertia [kg m2]", "0.25 0.25 0.25", "0.5 0.5 0.5")
     ]

@@ -173,7 +173,7 @@ def test_a_stiff_beam_is_hardly_shaped() -> None:
 
 
 def test_zeros_lie_in_both_half_planes_alike(plant: Plant) -> None:
-    zeros = tip_zeros(linearise(plant), PARAMETERS.reach)
+    zeros = tip_zeros(linearise(plant.undamped()), PARAMETERS.reach)  # damping moves both left
     assert np.sum(zeros.real > 0) == np.sum(zeros.real < 0) == len(zeros) // 2
     assert np.abs(zeros.real).min() == pytest.approx(53.9, abs=0.1)
 

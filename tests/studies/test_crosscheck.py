@@ -50,7 +50,7 @@ CHAIN6 = ROOT / "models" / "chain6.xml"
 README = (ROOT / "studies" / "parity" / "README.md").read_text()
 
 PRINTED = 1e5  # times the drift of the consistent equations: what the printed ones exceed
-SMALL, LARGE = 6e-6, 0.12e-3  # [m] rms over 2 s, as the README says
+SMALL, LARGE = 8e-6, 0.12e-3  # [m] rms over 2 s, as the README says
 STATED = 0.02  # relative: three digits of the README's table; libraries move the last
 ROUNDED = 0.5  # relative, of checks that are sums of rounding errors
 
@@ -102,7 +102,7 @@ def test_printed_equations_drift(checks: dict[str, Check]) -> None:
 
 def test_readme_states_these_figures(checks: dict[str, Check]) -> None:
     assert named(checks, "small torques").value < SMALL
-    assert "within 6 micrometres" in README
+    assert "within 8 micrometres" in README
     assert named(checks, "large torques").value < LARGE
     assert "within 0.12 mm" in README
     printed = re.findall(r"^ .*?(\d\.\d\de[-+]\d\d)", README.split("Cross-check:")[1], re.MULTILINE)
@@ -141,7 +141,8 @@ def test_a_transmission_holds(tmp_path: Path) -> None:
 @pytest.mark.parametrize("edit", ["payload", "soft hinge"])
 def test_the_papers_beam_does_not_follow(edit: str, tmp_path: Path) -> None:
     """Negative control: the same limits find that the equations are of another beam."""
-    failed = failures(tmp_path, EDITS[edit])
+    # a body of another name is a part of the beam, which the payload of a robot is not
+    failed = failures(tmp_path, EDITS[edit].replace('<body name="payload"', '<body name="load"'))
     for words in ("joint-free", "couplings", "acceleration", "small torques"):
         assert any(words in name for name in failed), words
 
@@ -179,14 +180,22 @@ def test_a_default_chain_that_is_one_percent_wrong_fails() -> None:
     assert not any(check.ok for check in found[:3])  # couplings do not depend on it
 
 
-def test_damped_hinges_fail_in_motion_only(tmp_path: Path) -> None:
-    failed = failures(tmp_path, EDITS["damped"])
+def test_damping_comes_along_under_the_papers_beam(tmp_path: Path) -> None:
+    assert failures(tmp_path, EDITS["damped"]) == []
+
+
+def test_damping_would_be_missed(tmp_path: Path) -> None:
+    """Negative control: hinges that are damped otherwise than the beam fail, in motion only."""
+    text = re.sub(r'(name="hinge1".*) damping="[^"]*"', r'\1 damping="0.05"', DEFAULT)
+    text = text.replace('timestep="0.001"', 'timestep="0.0005"')
+    failed = failures(tmp_path, text)
     assert any("torques" in name for name in failed)
     assert not any("frequencies" in name or "energy" in name for name in failed)
 
 
 def test_an_integrator_of_low_order_loses_energy() -> None:
-    euler = load_chain(text=edited('integrator="RK4"', 'integrator="Euler"'))
+    short = edited('timestep="0.001"', 'timestep="0.0005"')
+    euler = load_chain(text=short.replace('integrator="RK4"', 'integrator="Euler"'))
     free = Parameters(F_1=0.0, F_2=0.0)
     drift = energy_drift(ChainPlant(free, without_damping(euler)), BRISK)
     assert drift > 10 * CHAIN_ENERGY_LIMIT
@@ -242,7 +251,7 @@ def test_seed_out_of_range() -> None:
 
 def test_verdicts_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "soft.xml"
-    path.write_text(edited('stiffness="8.386', 'stiffness="4.193'))
+    path.write_text(edited('stiffness="7.811', 'stiffness="3.905'))
     words = ["crosscheck", "--mjcf", str(path), "--beam", "analytic"]
     with pytest.raises(SystemExit) as ended:
         main([*words, "--json"])
@@ -322,7 +331,7 @@ def test_a_step_that_only_dampers_allow_is_said_of_the_undamped_energy(tmp_path:
     """Its springs four times as stiff: at 1 ms semi-implicit steps need the dampers."""
     path = tmp_path / "stiff.xml"
     text = re.sub(r'stiffness="([^"]*)"', lambda m: f'stiffness="{4 * float(m[1])!r}"', DEFAULT)
-    text = text.replace('<joint damping="0"/>', '<joint damping="0.02"/>')
+    text = re.sub(r'(name="hinge\d".*) damping="[^"]*"', r'\1 damping="0.02"', text)
     path.write_text(text.replace('integrator="RK4"', 'integrator="implicitfast"'))
     by_name = {check.name: check for check in run(CrosscheckConfig(mjcf=path)).checks}
     gentle = named(by_name, "chain, gentle, step 1 ms, too long without dampers")

@@ -21,6 +21,7 @@ from flexsim import (
     RunError,
     drive,
 )
+from flexsim.arm.parameters import paper
 from flexsim.loop.settings import setting
 from flexsim.robot import Robot
 from studies.main import main
@@ -89,10 +90,10 @@ def test_row_k_is_the_state_as_torque_k_sets_in(plant: str, tmp_path: Path) -> N
 @pytest.mark.parametrize("plant", PLANTS)
 def test_energy_is_the_work_of_the_held_torque(plant: str, tmp_path: Path) -> None:
     """What a constant torque puts in, less the friction (31), is in the motion."""
-    p = Parameters()
+    p = paper()
     push = np.tile([1.0, 0.0], (101, 1))
-    motion = drive(Robot().plant(plant, setting("none")), setting("none"), push[:-1])
-    written = replayed(tmp_path, push, "--plant", plant)
+    motion = drive(Robot(p).plant(plant, setting("none")), setting("none"), push[:-1])
+    written = replayed(tmp_path, push, "--plant", plant, "--robot.zeta", "0")
     np.testing.assert_array_equal(written["theta1"], motion.joint[:, 0])
     m = motion.state.shape[1] // 2
     power = motion.state[:, m : m + 2] ** 2 @ (p.F_1, p.F_2)

@@ -11,6 +11,7 @@ from quick_run import QuickRun
 
 from flexsim import Parameters
 from flexsim.arm.free_arm import clamped_frequencies
+from flexsim.arm.parameters import paper
 from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
@@ -65,7 +66,7 @@ def test_unfitted_chains_converge_with_order_two(content: dict[str, Any]) -> Non
     sizes = np.array([8, 16, 32])
     exact = clamped_frequencies(Parameters(), 3) / (2 * np.pi)
     found = np.array(
-        [frequencies(Robot().plant(f"untuned:{n}", chain_step=2e-5))[0] for n in sizes]
+        [frequencies(Robot(paper()).plant(f"untuned:{n}", chain_step=2e-5))[0] for n in sizes]
     )
     for errors in (found / exact - 1).T:
         assert order(sizes, errors) == pytest.approx(-2, abs=ORDER)
@@ -117,6 +118,12 @@ def test_cheapest_by_hand() -> None:
     assert cheapest(rows, "small", 1e-3) == rows[0]
     assert cheapest(rows, "small", 1e-5) == rows[1]
     assert cheapest(rows, "small", 1e-7) is None
+
+
+@pytest.fixture(scope="module")
+def chain_plant() -> ChainPlant:
+    """Return the default chain without damping, as the ladder has it."""
+    return ChainPlant.designed(paper())
 
 
 def mode_3(chain: ChainModel, integrator: str) -> tuple[np.ndarray, np.ndarray]:
@@ -175,7 +182,7 @@ def test_unstable_steps_are_rows(content: dict[str, Any]) -> None:
         assert row["tip_small"] is row["energy_drift"] is row["us_per_ms"] is None
     held = rows["RK4", 1e-3]
     assert held["stable"] and held["energy_drift"] < 1e-8 and held["tip_large"] < 1e-6
-    assert rows["Euler", 1e-3]["tip_large"] > 100 * held["tip_large"]
+    assert rows["Euler", 2.5e-4]["tip_large"] > 100 * held["tip_large"]
 
 
 def test_a_file_is_held_against_itself(chain_plant: ChainPlant) -> None:

@@ -8,6 +8,7 @@ import pytest
 from quick_run import QuickRun
 
 from flexsim import AssumedModesPlant, Parameters
+from flexsim.arm.parameters import paper
 from flexsim.robot import Robot
 from studies.reconstruct.reconstruct import (
     FIGURES,
@@ -27,7 +28,7 @@ SPREAD = 0.25  # relative to the medians of twelve runs that the README quotes
 
 def modes_row(name: str, figure: str) -> FigureRow:
     variant = BY_NAME[name]
-    plant = variant.plants(Robot(), 3, 6)[0]
+    plant = variant.plants(Robot(paper()), 3, 6)[0]
     assert isinstance(plant, AssumedModesPlant)
     return figure_row(variant, figure, plant, QUICKLY)
 
@@ -90,7 +91,7 @@ def test_moved_and_resized_figures() -> None:
 
 def test_small_hairs_last_on_the_assumed_modes() -> None:
     variant = BY_NAME["as reconstructed"]
-    row, distance = chaos_row(variant, "5", variant.plants(Robot(), 3, 6)[0], QUICKLY)
+    row, distance = chaos_row(variant, "5", variant.plants(Robot(paper()), 3, 6)[0], QUICKLY)
     assert row.kind != "chaotic" and row.apart["apart_1e-09"] == 0.0
     assert distance[0] == pytest.approx(1e-9, rel=1e-3) and distance.max() < 1e-6
 

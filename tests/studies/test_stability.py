@@ -105,7 +105,7 @@ def test_poles_of_a_sampled_integrator() -> None:
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_a_pole_lies_on_the_circle_at_the_gain_margins(plant: Plant, joint: int) -> None:
-    loop = tuned_loop(plant, "circle")
+    loop = tuned_loop(plant.undamped(), "circle")  # with damping joint 1 may be left alone
     found = margins(loop, joint)
     assert 0 < found.gain_low < 1 < found.gain_high
     for factor in (found.gain_low, found.gain_high):

@@ -168,8 +168,9 @@ def test_perturbed_robots_carry_their_factors_on_both_plants():
     (modes, _), _, *others = problem_of(tuning).scenarios
     for each, (plant, its) in zip(np.repeat(perturbations(tuning), 2, axis=0), others, strict=True):
         p = plant.parameters
-        assert p.EI / 0.349 == pytest.approx(each[0], rel=1e-4)  # the chain's compliance
-        assert p.m_b == pytest.approx(each[1] * modes.parameters.m_b + each[3], rel=1e-12)
+        assert p.EI / 0.349 == pytest.approx(each[0], rel=1e-12)
+        assert p.m_b == pytest.approx(each[1] * modes.parameters.m_b, rel=1e-12)
+        assert p.payload == each[3] and p.zeta == modes.parameters.zeta
         assert its.friction.tau_0[0] / 4.56 == pytest.approx(each[2])
         assert its.friction.mu[1] / 1.0231 == pytest.approx(each[2])
         assert its.friction.dead_zone[0][0] / -3.2379 == pytest.approx(each[2])

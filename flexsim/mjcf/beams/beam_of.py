@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 
 from flexsim.arm.finite_beam import Base, Lump, Piece, finite_beam
-from flexsim.arm.parameters import ZETA_MOST, Parameters
+from flexsim.arm.parameters import Parameters
 from flexsim.arm.reference_beam import ReferenceBeam, uniform_reference
 from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
@@ -112,7 +112,7 @@ def _of_chain(
         EI=beam.EI,
         rho=beam.rho,
         r=chain.clamp,
-        zeta=min(zeta, ZETA_MOST * (1 - SAME)),
+        zeta=zeta,
         payload=payload,
         payload_inertia=payload_inertia,
     )

@@ -166,7 +166,11 @@ def _in_a_row(kind: str, ends: list[str], points: Array) -> Iterator[str]:
         if kind == "rod" and last:  # the tip is the last vertex
             if abs(length) > PLANE_TOLERANCE:
                 yield f"site 'tip' is {length:g} m from the last vertex of the rod; put it there"
-        elif length < 0 or (length == 0 and (i != 1 or kind == "rod")):
+        elif kind == "rod" and i == 1:  # the first edge lies about the clamp, on joint 2 or beyond
+            clamp = (points[2, 0] + points[3, 0]) / 2 - points[1, 0]
+            if clamp < -PLANE_TOLERANCE:
+                yield f"the rod is clamped {-clamp:g} m before joint 2; it must be there or beyond"
+        elif length < 0 or (length == 0 and i != 1):
             yield (  # a chain's beam may begin at joint 2
                 f"{ends[i + 1]} is {length:g} m along x from {ends[i]}; it must lie beyond it"
             )
