@@ -8,6 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from flexsim.loop.beyond import beyond
 from flexsim.recording.rrd import write_recording
 from flexsim.recording.traces import MM, spoken
 from studies.compare.figures import case_figure, summary_figure
@@ -147,8 +148,17 @@ def group_verdict(rows: Sequence[CompareRow]) -> str:
 
 
 def verdict(result: Comparison) -> str:
-    """Return what the numbers are; each table has its own answer."""
-    return MEDIANS
+    """Return what the numbers are, and which model was used beyond itself."""
+    return MEDIANS + "".join(f"\nNote: {each}" for each in beyond_itself(result))
+
+
+def beyond_itself(result: Comparison) -> list[str]:
+    """Return a note for each plant that bent further than its equations hold, at its largest."""
+    most: dict[str, float] = {}
+    for row in result.rows:
+        most[row.plant] = max(most.get(row.plant, 0.0), row.found.max_v or 0.0)
+    L = result.robot.parameters.L
+    return [note for plant, v in most.items() for note in beyond(plant, v, L)]
 
 
 def figures(result: Comparison) -> Iterator[tuple[str, Figure]]:
@@ -159,8 +169,9 @@ def figures(result: Comparison) -> Iterator[tuple[str, Figure]]:
 
 
 def facts(result: Comparison) -> dict[str, Any]:
-    """Return the names of the cases, which are those of figures and recordings."""
-    return {"cases": [case.name for case in result.cases]}
+    """Return the names of the cases, as of figures and recordings; what was beyond itself."""
+    cases = [case.name for case in result.cases]
+    return {"cases": cases, "beyond": beyond_itself(result)}
 
 
 def files(folder: Path, config: Any, result: Comparison) -> None:

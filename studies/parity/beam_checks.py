@@ -71,6 +71,7 @@ class Check:
     limit: float | None
     ok: bool
     unit: str = "relative"
+    beyond: str = ""  # which model was used beyond itself, in words
 
     @property
     def verdict(self) -> str:

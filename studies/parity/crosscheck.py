@@ -14,6 +14,7 @@ import numpy as np
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import DivergenceError, FlexsimError, ParameterError
+from flexsim.loop.beyond import beyond
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
@@ -50,8 +51,6 @@ from studies.parity.side_by_side import source_of, stands_for
 CHAIN_ENERGY_LIMIT = 1e-6  # relative drift over 2 s; RK4 at 1 ms damps the highest modes
 FAILED = 1  # the shell's status
 STATES = 20  # random states of the acceleration check
-
-
 TIP_SHARE = 1e-3  # of v: what the modes left out do
 
 
@@ -72,6 +71,11 @@ class CrosscheckResult:
     source: str
     checks: tuple[Check, ...]
     remarks: str = ""
+
+    @property
+    def beyond(self) -> tuple[str, ...]:
+        """Which model was used beyond itself, a note each."""
+        return tuple(each.beyond for each in self.checks if each.beyond)
 
     @property
     def ok(self) -> bool:
@@ -188,7 +192,8 @@ def driven_checks(modes: AssumedModesPlant, chain: ChainPlant, limits: Limits) -
         name = f"open loop 2 s, {label} torques (|v| to {1e3 * v:.0f} mm): tip, rms"
         allowed = v * (TIP_SHARE + (v / modes.parameters.L) ** 2) if limit is None else limit
         apart = rms_distance(motions[0].tip, motions[1].tip)
-        checks.append(check(name, apart, allowed, "m"))
+        beyond_it = " ".join(beyond(modes.name, v, modes.parameters.L))
+        checks.append(replace(check(name, apart, allowed, "m"), beyond=beyond_it))
     return checks
 
 
@@ -270,10 +275,21 @@ def tables(result: CrosscheckResult) -> list[Table]:
 def content(result: CrosscheckResult) -> dict[str, Any]:
     """Return what `--json` prints."""
     checks = [items(each) for each in result.checks]
-    return {"source": result.source, "ok": result.ok, "rungs": checks}
+    return {
+        "source": result.source,
+        "ok": result.ok,
+        "rungs": checks,
+        "beyond": result.beyond,
+        "remarks": result.remarks,
+    }
 
 
-answer = Question(run, tables, lambda result: result.remarks, content)
+def notes(result: CrosscheckResult) -> str:
+    """Return what to know of the file, and which model was used beyond itself."""
+    return result.remarks + "".join(f"Note: {each}\n" for each in result.beyond)
+
+
+answer = Question(run, tables, notes, content)
 
 
 def command(config: CrosscheckConfig) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.atomic import require_replaceable, write_text
 from flexsim.files.reading import MIB, read_text
+from flexsim.loop.beyond import beyond
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
@@ -129,22 +130,27 @@ def write_motion(path: Path, motion: Motion, force: bool = True) -> None:
 def command(config: DriveConfig) -> None:
     """Drive the plant and write the motion."""
     require_replaceable(config.out, MOTION, config.force)
-    motion = run(config)
+    motion, robot = run(config), config.robot_of()
     write_motion(config.out, motion, config.force)
+    v_most = float(np.abs(motion.v).max())
+    notes = beyond(motion.plant, v_most, robot.parameters.L)
     summary = {
         "plant": motion.plant,
         "hardware": config.built.words(),
         "rows": len(motion.time),
         "end_tip": motion.tip[-1],
-        "max_v": float(np.abs(motion.v).max()),
+        "max_v": v_most,
+        "beyond": notes,
         "out": str(config.out),
     }
     if config.json:
         print(to_json(summary))
     else:
-        show_differences(config.robot_of())
+        show_differences(robot)
         x, y = motion.tip[-1]
         print(
             f"{spelled(config.out)}: {len(motion.time)} rows of the {motion.plant} plant; "
-            f"tip ends at ({x:.6f}, {y:.6f}) m, largest |v| {1e3 * summary['max_v']:.3f} mm"
+            f"tip ends at ({x:.6f}, {y:.6f}) m, largest |v| {1e3 * v_most:.3f} mm"
         )
+        for note in notes:
+            print(f"Note: {note}")
