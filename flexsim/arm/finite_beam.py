@@ -206,16 +206,19 @@ def uniform_beam(parameters: Parameters, elements: int = ELEMENTS) -> FiniteBeam
     return finite_beam([Piece(p.L, p.EI, p.rho, p.eta)], lumps, elements)
 
 
-def joint_free(beam: FiniteBeam, base: Base, theta2: float = 0.0) -> tuple[Array, Array]:
+def joint_free(
+    beam: FiniteBeam, base: Base, theta2: float = 0.0, modes: int = KEPT
+) -> tuple[Array, Array]:
     """Return flexible frequencies (m,) [rad/s] and damping ratios (m,) [-], both joints free.
 
     Args:
         beam: as clamped. base: what carries it, its joints' viscous friction with it.
-        theta2: pose of joint 2, beam straight [rad].
+        theta2: pose of joint 2, beam straight [rad]. modes: clamped ones at most, of which the
+            motion is made up; few of them are a model of its own.
 
     Ratios are of first order in the damping: v'Dv over 2 omega v'Mv of the undamped modes.
     """
-    p, (omega, V) = base.parameters, (beam.frequency, beam.modes)
+    p, omega, V = base.parameters, beam.frequency[:modes], beam.modes[:, :modes]
     about = p.I_H + beam.second + 2 * p.r * beam.first + p.r**2 * beam.mass  # joint 2
     across = p.L_R * math.cos(theta2)
     carried = base.first + beam.first + p.r * beam.mass

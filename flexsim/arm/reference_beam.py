@@ -70,6 +70,14 @@ class ReferenceBeam:
             return joint_free_frequencies(self.parameters, n, theta2)
         return joint_free(self.finite, self.base, theta2)[0][:n]
 
+    def truncation(self, n: int) -> float:
+        """Return how far the joint-free frequencies of n clamped modes are off at most, relative.
+
+        Much where the beam is heavy beside hub and link.
+        """
+        few = joint_free(self.finite, self.base, modes=n)[0]
+        return float(np.abs(few / joint_free(self.finite, self.base)[0][:n] - 1).max())
+
     def clamped_damping(self, n: int) -> Array:
         """Return damping ratios (n,) with the joints locked, to first order [-]."""
         return self.finite.damping_ratio[:n]
