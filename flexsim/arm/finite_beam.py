@@ -94,8 +94,7 @@ class FiniteBeam:
         kept = int(np.sum(mu > np.finfo(float).eps * mu[0]))
         omega = 1 / np.sqrt(mu[:kept])
         vectors = vectors[:, :kept] * omega
-        signs = np.sign(vectors[-2]) * (-1.0) ** np.arange(kept)  # tip values +, -, +
-        return omega, vectors * signs
+        return omega, vectors * np.sign(product(self.Q, vectors))
 
     @property
     def frequency(self) -> Array:
@@ -104,7 +103,7 @@ class FiniteBeam:
 
     @property
     def modes(self) -> Array:
-        """Modes (2E, m) of modal mass 1, their tip values plus, minus, plus."""
+        """Modes (2E, m) of modal mass 1, positive beside the clamp, as is their moment about it."""
         return self._modes[1]
 
     @property

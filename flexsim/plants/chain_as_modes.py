@@ -42,7 +42,8 @@ class Vibration:
         clamped, joint_free: (n,) frequencies [rad/s], joints locked and free, beam straight,
             theta2 = 0.
         hinges: (N, n) hinge angles [rad/m] of modes whose modal mass is that of the beam without
-            its payload, as (15) has it, with the signs of the beam's at the tip: plus, minus, plus.
+            its payload, as (15) has it, positive beside the clamp as these; without payload
+            the tip's are plus, minus, plus.
         shapes: (N+2, n) transverse displacement of these at clamp, hinges, tip [-].
         Phi, moment: (n,) couplings int chi dx [m] and int (x-r) chi dx [m2]; tip: tip values.
         compliance: static tip deflection per tip force [m/N].
@@ -76,9 +77,10 @@ def vibration(chain: ChainModel, parameters: Parameters, n: int = MODES) -> Vibr
     M, K = mass_matrix(model, np.zeros(model.nq)), stiffness_matrix(model)
     squared, vectors = natural_modes(K[2:, 2:], M[2:, 2:])
     vectors = vectors[:, :n] * np.sqrt(parameters.m_b)  # modal mass rho L
+    # positive beside the clamp: the first moment about it is omega^-2 of the bending there
+    about_clamp = M[1, 2:] - chain.clamp / chain.L_R * (M[0, 2:] - M[1, 2:])
+    vectors = vectors * np.sign(product(about_clamp, vectors))
     across = _across(chain, vectors)
-    signs = np.sign(across[-1]) * (-1.0) ** np.arange(n)  # tip values 2, -2, 2
-    vectors, across = vectors * signs, across * signs
     free, _ = natural_modes(K, M)
     X = product(M[1, 2:], vectors) / parameters.rho  # int x chi
     Phi = product(M[0, 2:] - M[1, 2:], vectors) / (parameters.rho * chain.L_R)

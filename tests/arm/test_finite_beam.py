@@ -22,7 +22,8 @@ from flexsim.arm.finite_beam import (
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 
 LOADED = Parameters(payload=0.05, payload_inertia=2e-4, r=0.0, L=0.7, I_m1=0.01)
-ROBOTS = (Parameters(), LOADED)
+HEAVY = Parameters(payload=0.08, payload_inertia=3e-3)  # its tip values have other signs
+ROBOTS = (Parameters(), LOADED, HEAVY)
 COUNTS = np.array([8, 16, 32])  # eighths of the length: ends of the pieces are nodes
 ORDER = 0.1  # of a fit over coarse meshes
 STATED = np.array([2e-9, 7e-8, 5.1e-7])  # relative, of the usual mesh in modes 1 to 3

@@ -328,6 +328,16 @@ def test_another_robot_with_a_beam_heavy_beside_its_hub_holds(tmp_path: Path) ->
     assert result.ok, [check for check in result.checks if not check.ok]
 
 
+@pytest.mark.parametrize("payload", [0.04, 0.0785])
+def test_a_robot_with_a_payload_that_turns_holds(payload: float, tmp_path: Path) -> None:
+    """A radius of gyration of 0.1 L: higher modes leave the tip still, of which no share counts."""
+    p = replace(Parameters(), payload=payload, payload_inertia=payload * (0.1 * 0.5) ** 2)
+    path = tmp_path / "loaded.xml"
+    path.write_text(chain_mjcf(p, design_chain(p, 6)))
+    result = run(CrosscheckConfig(mjcf=path))
+    assert result.ok, [check for check in result.checks if not check.ok]
+
+
 def test_a_motion_that_runs_away_fails_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     def thrown(*_: object, **__: object) -> None:
         raise DivergenceError("the chain plant ran away at t = 0.1 s")
