@@ -226,8 +226,10 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
                 "leave it out, or start a new run"
             )
     check_threads(config.threads)
-    kept = None if record.tuning.mjcf is None else folder / ROBOT_FILE  # not its later edits
-    robot = Robot.of(kept, record.tuning.beam)
+    if record.tuning.mjcf is None:
+        robot = robot_of(record.tuning)
+    else:  # the file as it was, not its later edits
+        robot = Robot.of(folder / ROBOT_FILE, record.tuning.beam)
     problem = problem_of(record.tuning, config.threads, robot)
     tune_folder.check_texts(folder, texts_of(record.tuning, problem, robot))
     draws = screened(record.tuning, record.draws, problem)
