@@ -1,6 +1,6 @@
 """Controllers of any linear kind as one state space each, exactly as compiled code runs them.
 
->>> from flexsim.loop.controllers import stack
+>>> from flexsim.loop.control.stacking import stack
 >>> A, B, C, D = controller_space(stack([controller], period=1e-3))
 """
 
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexsim.loop.control import MEASURED, Controllers
-from flexsim.loop.linear_kinds import filter_space
+from flexsim.loop.control.compiled import MEASURED, Controllers
+from flexsim.loop.control.linear_kinds import filter_space
 from flexsim.numerics.types import Array
 
 

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexsim.errors import ParameterError
 from flexsim.linear.controller_space import controller_space
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
-from flexsim.loop.control import Controllers
+from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import IDEAL, Hardware, lag_factors
 from flexsim.loop.settings import V_GAIN
@@ -198,7 +198,7 @@ def spectral_radii(
 
     Args:
         plant: either. theta2: one pose or several [rad].
-        controllers: P of them, from `flexsim.loop.controllers.stack`.
+        controllers: P of them, from `flexsim.loop.control.stacking.stack`.
 
     Returns:
         (P,).
@@ -269,7 +269,7 @@ def linear_loop(
     """Return one controller's closed loop near rest at theta2 [rad].
 
     Args:
-        controllers: one, from `flexsim.loop.controllers.stack`.
+        controllers: one, from `flexsim.loop.control.stacking.stack`.
 
     Raises:
         ParameterError: a pose or an option cannot be used, or more than one controller is given.

@@ -1,7 +1,7 @@
 """The closed loop, compiled: reference, measurement, filters, friction and plant, for populations.
 
 One function, `run_population`, serves every plant and every controller: a controller is what
-`flexsim.loop.control` runs, a plant two compiled functions (`flexsim.plants.dispatch`).
+`flexsim.loop.control.compiled` runs, a plant two compiled functions (`flexsim.plants.dispatch`).
 Individuals run on separate threads; each is computed alike whatever the number of threads.
 
 Loop (Figure 2 of the paper is lost; this is our reading): the joint errors are
@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from flexsim.errors import ParameterError
-from flexsim.loop.control import Controllers, control_sample
+from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.loop.hardware import (
     IDEAL,
@@ -269,7 +269,7 @@ def run_population(
     Args:
         plant: with `running(threads)`, a context manager (`flexsim.plants.base`).
         friction: compiled friction law; loop: reference and measurement.
-        controllers: P of them, from `flexsim.loop.controllers.stack`.
+        controllers: P of them, from `flexsim.loop.control.stacking.stack`.
         initial: (2 m,) state at t = 0.
         stride: record every stride-th sample; 0 records nothing.
         threads: number of threads; None for all that numba has.

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import joint_torques
 from flexsim.loop.hardware import (
     commands,
@@ -110,7 +110,7 @@ def evaluate(
 
     Args:
         plant, setting, reference: as named; a reference's torque is fed forward.
-        controllers: P of any linear kind, see `flexsim.loop.controllers`.
+        controllers: P of any linear kind, see `flexsim.loop.control.stacking`.
         stride: record every stride-th sample; 0 records nothing. threads: None for all.
         yard: what runs are measured against, see `measure`.
         same_noise: whether all get the noise on v that the first has.

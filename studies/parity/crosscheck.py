@@ -108,7 +108,7 @@ def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
         checks.append(check(f"assumed modes: {refusal}", np.inf, 0.0))
     else:
         limits = DEFAULT_LIMITS if default else EDITED_LIMITS
-        if not default:
+        if robot.given is not None:
             checks += tried("models", lambda: model_checks(stands, modes, chain, limits))
         left_out = LEFT_OUT * stands.reference.truncation(MODES)
         checks += motion_checks(modes, chain, limits, seed, left_out)

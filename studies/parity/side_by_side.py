@@ -56,7 +56,8 @@ def stands_for(robot: Robot) -> StandsFor:
     """Return the beam of a robot, from its file if it has one."""
     if robot.given is not None:
         return beam_of(robot.given)
-    return StandsFor(uniform_reference(robot.parameters), uniform_reference(Parameters()), PAPERS)
+    own, default = uniform_reference(robot.parameters), uniform_reference(Parameters())
+    return StandsFor(own, default, PAPERS, design="tuned")
 
 
 def compared(robot: Robot) -> ModesResult:

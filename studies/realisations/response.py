@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controllers import operator, response_error
-from flexsim.loop.control import filter_sample
+from flexsim.loop.control.compiled import filter_sample
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array

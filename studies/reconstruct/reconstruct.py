@@ -22,7 +22,7 @@ from rich.progress import Progress
 from controllers import TABLE_2
 from flexsim.arm.parameters import Parameters, paper
 from flexsim.loop.compiled_loop import run_population
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.runs import loop_of, measure
 from flexsim.loop.trajectories import reference
 from flexsim.numerics.clocks import PERIOD

@@ -14,7 +14,7 @@ import numpy as np
 from controllers import Controller, Gains, fractional_pid
 from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, spectral_radii
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant

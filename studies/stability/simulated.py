@@ -10,7 +10,7 @@ from flexsim.arm.kinematics import tip_position
 from flexsim.linear.controller_space import controller_states
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
 from flexsim.loop.compiled_loop import run_population
-from flexsim.loop.control import Controllers
+from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import Hardware
 from flexsim.loop.runs import loop_of

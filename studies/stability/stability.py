@@ -24,7 +24,7 @@ from flexsim.errors import ParameterError
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
 from flexsim.linear.loop_poles import HOLDS, LinearLoop, LoopOptions, linear_loop, spectral_radii
 from flexsim.linear.margins import margins
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.numerics.clocks import PERIOD

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.runs import loop_of
 from flexsim.loop.trajectories import Reference
 from flexsim.plants.modes_plant import AssumedModesPlant

@@ -16,7 +16,7 @@ import numpy as np
 from controllers import TUNED, Controller
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.compiled_loop import run_population
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.measuring import NO_YARDSTICK, yardstick
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import setting

@@ -18,7 +18,7 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
 from flexsim.linear.loop_poles import LoopOptions, sampled_plant, spectral_radii
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import Distribution

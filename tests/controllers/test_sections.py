@@ -16,7 +16,7 @@ from controllers import (
 from flexsim import AssumedModesPlant, Parameters, evaluate, measure, reference, setting
 from flexsim.linear.controller_space import controller_space
 from flexsim.linear.loop_poles import linear_loop
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.trajectories import Trajectory
 
 T = 1e-3  # [s]

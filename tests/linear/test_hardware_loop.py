@@ -9,7 +9,7 @@ from flexsim.arm.parameters import paper
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
 from flexsim.linear.loop_poles import LoopOptions, linear_loop, sampled_plant, spectral_radii
 from flexsim.linear.margins import margins
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.hardware import Hardware
 from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.stability.simulated import simulated_growth

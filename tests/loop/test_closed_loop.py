@@ -19,8 +19,8 @@ from scipy.signal import lfilter
 from controllers import TUNED
 from flexsim import DivergenceError, ModelError, ParameterError, Parameters
 from flexsim.loop.compiled_loop import Outcome, run_population
-from flexsim.loop.control import filter_sample
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.compiled import filter_sample
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import Friction
 from flexsim.loop.metrics import envelope_half_width, performance_index
 from flexsim.loop.runs import closed_loop, drive, evaluate, loop_of

@@ -14,9 +14,9 @@ from flexsim.linear.controller_space import controller_space, controller_states
 from flexsim.linear.loop_poles import LoopOptions, linear_loop
 from flexsim.linear.margins import margins
 from flexsim.loop.compiled_loop import Outcome
-from flexsim.loop.control import filter_sample
-from flexsim.loop.controllers import stack
-from flexsim.loop.linear_kinds import kind_of
+from flexsim.loop.control.compiled import filter_sample
+from flexsim.loop.control.linear_kinds import kind_of
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.runs import evaluate
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Trajectory, reference

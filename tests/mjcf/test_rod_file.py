@@ -11,7 +11,7 @@ from flexsim import ModelError, ParameterError, Parameters
 from flexsim.linear.growth import loop_options
 from flexsim.linear.linearise import linearise
 from flexsim.linear.loop_poles import LoopOptions, linear_loop
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting

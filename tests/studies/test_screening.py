@@ -11,7 +11,7 @@ from controllers import TUNED
 from flexsim import ParameterError, setting
 from flexsim.linear.growth import SLACK, extreme_poses, loop_options
 from flexsim.linear.loop_poles import linear_loop
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.stacking import stack
 from studies.main import main
 from studies.screening.report import ScreeningResult, median_to_target, verdict
 from studies.screening.screening import Course, ScreeningConfig, row

@@ -24,10 +24,10 @@ from flexsim.linear.loop_poles import (
     spectral_radii,
 )
 from flexsim.linear.margins import margins
-from flexsim.loop.control import Controllers
-from flexsim.loop.controllers import stack
+from flexsim.loop.control.compiled import Controllers
+from flexsim.loop.control.linear_kinds import filter_space
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import Friction
-from flexsim.loop.linear_kinds import filter_space
 from flexsim.plants.base import Plant
 from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.main import main

@@ -24,7 +24,13 @@ import numpy as np
 from scipy import signal
 
 from flexsim.errors import ParameterError
-from flexsim.loop.given_numbers import real_numbers, real_or_paired, same_period, shape_of, shown
+from flexsim.loop.control.given_numbers import (
+    real_numbers,
+    real_or_paired,
+    same_period,
+    shape_of,
+    shown,
+)
 from flexsim.numerics.types import Array
 
 Filter = tuple[Array, Array]  # b, a in powers of 1/z
@@ -190,7 +196,7 @@ def _in_delays(numerator: Any, denominator: Any) -> Filter:
 def filter_space(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
     """Return filters (..., m+1) as state space A (..., m, m), B (..., m), C (m,), D (...).
 
-    The states are the delays of `flexsim.loop.control.filter_sample`, direct form II transposed;
+    The states are the delays of `flexsim.loop.control.compiled.filter_sample`, direct form II transposed;
     a[0] = 1.
     """
     m = b.shape[-1] - 1

@@ -3,7 +3,7 @@
 A controller is one of these:
 
 - the controllers of both joints as a pair, each on its own error, in any of the ways that
-  `flexsim.loop.linear_kinds` lists: `(b, a)`, sections, zeros and poles, `scipy.signal.dlti`, ...;
+  `flexsim.loop.control.linear_kinds` lists: `(b, a)`, sections, zeros and poles, `dlti`, ...;
 - one state space for both joints, (A, B, C, D), `dlti` or python-control's, from the errors
   (e1, e2), or from (e1, e2, v), to the torques of both joints. The second error has v in it
   already, with the loop's `v_gain`; with `v_gain=0` the state space alone decides on v;
@@ -11,7 +11,7 @@ A controller is one of these:
 
 >>> import numpy as np
 >>> from scipy import signal
->>> from flexsim.loop.controllers import stack
+>>> from flexsim.loop.control.stacking import stack
 >>> lead = (np.array([300.0, -290.0]), np.array([1.0, -0.6]))      # (b, a), powers of 1/z
 >>> notch = signal.butter(4, [60, 80], "bandstop", fs=1000, output="sos")         # (4, 6)
 >>> smooth = signal.dlti([0.1], [1.0, -0.9], dt=1e-3)
@@ -34,8 +34,15 @@ from typing import Any
 import numpy as np
 
 from flexsim.errors import ParameterError
-from flexsim.loop.control import MEASURED, Controllers
-from flexsim.loop.linear_kinds import Branches, Filter, Space, kind_of, one_input, whole_space
+from flexsim.loop.control.compiled import MEASURED, Controllers
+from flexsim.loop.control.linear_kinds import (
+    Branches,
+    Filter,
+    Space,
+    kind_of,
+    one_input,
+    whole_space,
+)
 from flexsim.numerics.types import Array
 
 JOINTS = 2

@@ -1,6 +1,6 @@
 """Controllers as compiled code runs them: sums of cascades of filters, and a state space.
 
-Whatever kind a controller was given as (`flexsim.loop.controllers`), each joint has a sum of
+Whatever kind a controller was given as (`flexsim.loop.control.stacking`), each joint has a sum of
 cascades of digital filters on its own error, and both joints share a discrete state space on the
 errors and v; what a controller does not have is zero and costs next to nothing.
 """

@@ -1,0 +1,1 @@
+"""Controllers of any linear kind: read by their type, and run in the compiled loop."""
