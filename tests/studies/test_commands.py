@@ -74,7 +74,7 @@ def test_crosscheck_fails_on_another_beam(
     failed = [rung["name"] for rung in shown["rungs"] if not rung["ok"]]
     assert not shown["ok"]
     assert any("clamped" in name for name in failed)
-    assert any("open loop" in name for name in failed)
+    assert any("acceleration" in name for name in failed)
 
 
 def test_drive_replays_a_torque_on_both_plants(

@@ -196,8 +196,8 @@ def _in_delays(numerator: Any, denominator: Any) -> Filter:
 def filter_space(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
     """Return filters (..., m+1) as state space A (..., m, m), B (..., m), C (m,), D (...).
 
-    The states are the delays of `flexsim.loop.control.compiled.filter_sample`, direct form II transposed;
-    a[0] = 1.
+    The states are the delays of `flexsim.loop.control.compiled.filter_sample`, direct form II
+    transposed; a[0] = 1.
     """
     m = b.shape[-1] - 1
     A = np.zeros((*b.shape[:-1], m, m))
