@@ -44,7 +44,7 @@ from flexsim.numerics.types import Array
 SEGMENTS = 6  # unless told otherwise
 SEGMENTS_LEAST = 3  # a spring for each frequency; none is left for the couplings, off by up to
 # 25 % (with 4: 0.4 %), so that 3 is a rung to compare with, not a model of the beam
-SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and fitting takes 3 s
+SEGMENTS_MOST = 16  # the couplings are within 0.002 %, and fitting takes a second
 PLAIN_MOST = 200
 FRONT_LEAST = 4
 FRONT = (  # weights that lead from a low top frequency to close loaded frequencies

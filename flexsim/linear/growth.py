@@ -16,7 +16,7 @@ from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 
-SLACK = 0.05  # [1/s] growth that a loop called stable may have; the undamped beam hardly decays
+SLACK = 0.05  # [1/s] growth that a loop called stable may have: an undamped beam hardly decays
 
 
 def growth_rates(radii: Array, period: float) -> Array:

@@ -2,8 +2,8 @@
 
     >>> margins(linear_loop(plant, 1.2, stack([controller], period=1e-3)), joint=0).gain_high
 
-The beam is undamped, so every resonance passes |L| = 1 and the smallest phase margin is small for
-any controller; it is the gain margins that say which torque gains (friction!) a loop can take.
+The beam is hardly damped, so every resonance passes |L| = 1 and the smallest phase margin is small
+for any controller; it is the gain margins that say which torque gains (friction!) a loop can take.
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ from flexsim.numerics.jit import jit, jit_apart
 from flexsim.numerics.types import Array
 
 MARGIN = 1e-12  # [m] by which leaps fall short, for rounding's sake
+ROUNDING = 1e-12  # relative, of lengths along a reference
 HOLD_SLACK = 1e-12  # [s] rounding of the time at which the hold begins
 
 # what a run adds up, by column; squares of lengths and sums of squares
@@ -75,9 +76,8 @@ def yardstick(reference: Reference, hold: float = 0.0) -> Yardstick:
     cells, length = len(points), float(arc[-1])
     per_length = cells / length if length > 0 else 0.0
     edges = np.arange(cells + 1) / per_length if per_length else np.zeros(cells + 1)
-    first = np.searchsorted(arc, edges * (1 - 1e-12)).astype(
-        np.int64
-    )  # a point on an edge belongs to its cell
+    edges *= 1 - ROUNDING  # a point on an edge belongs to its cell
+    first = np.searchsorted(arc, edges).astype(np.int64)
     return Yardstick(points, own, arc, first, per_length, start, middle)
 
 

@@ -3,7 +3,7 @@
     >>> differences(load_chain("my.xml"))
     [Difference(element='segment6', attribute='mass [kg]', default='0.0121039', yours='0.0621039')]
 
-The default is the tuned chain of the paper's beam with as many segments as the file, so that
+The default is the tuned chain of the default robot with as many segments as the file, so that
 another number of them is one difference, not a hundred.
 """
 
@@ -114,7 +114,7 @@ def _of_chain(chain: ChainModel) -> list[Difference]:
 
 @lru_cache
 def _default(segments: int) -> ChainModel:
-    """Return the tuned chain of the paper's beam; tuning it takes a while."""
+    """Return the tuned chain of the default robot; tuning it takes a while."""
     return designed_chain(Parameters(), segments)
 
 

@@ -155,9 +155,7 @@ def _accelerations(
     # eliminated from the tip inwards: row i is then g_i . d_j in columns j < i, less what the
     # armature of i ties to i - 1; all but the last one eliminated left W and z of their rows
     sum_x = sum_y = W_xx = W_xy = W_yy = z_x = z_y = 0.0
-    last_x = last_y = tie = quotient = solved = (
-        0.0  # of the last one: g, armature, 1/H, its force/H
-    )
+    last_x = last_y = tie = quotient = solved = 0.0  # of the last: g, armature, 1/H, its force/H
     for i in range(m - 1, -1, -1):
         dx, dy, uu = d_x[i], d_y[i], u[i] * u[i]
         force = a[i] + dx * sum_y - dy * sum_x

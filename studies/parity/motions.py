@@ -20,12 +20,9 @@ GENTLE = (0.1, 0.05)  # [rad/s] initial joint rates of the free motion, beam str
 BRISK = (0.5, 0.3)  # [rad/s]
 POSE = (0.0, 1.2)  # [rad]
 BENT = 0.02  # |v|/L under the small torques, at most; the paper's arm: 0.019, under the large 0.075
-SAFE, WEAKEST, TRIED = (
-    1.05,
-    10.0,
-    6,
-)  # motions are not linear: a little less, and again; at most ...
-# a tenth at a time, where one has run away
+SAFE = 1.05  # motions are not linear: a little less than in proportion, and again ...
+TRIED = 6  # ... so often at most
+WEAKEST = 10.0  # at most a tenth at a time, where one has run away
 AMPLITUDES = {"small": 1.0, "large": 4.0}  # of `trial_torque`
 
 

@@ -141,11 +141,10 @@ def spoken(model: str) -> str:
 
 
 def tables(result: ModesResult) -> list[Table]:
-    """Return frequencies, couplings and shapes; then what differs of the paper's beam, if any."""
+    """Return frequencies, couplings and shapes; then what differs from the default beam, if any."""
     rows = changes(result)
-    whose = "the robot's own beam"
-    if all(row.change == "none" for row in rows):
-        whose = "the paper's beam"
+    changed = any(row.change != "none" for row in rows)
+    whose = "the robot's own beam" if changed else f"{result.default['name']} beam"
     solved = "" if result.beam["method"] == "exact" else ", by finite elements"
     title = (
         f"Chain: {spelled(result.source)}; exact: {whose}{solved}\n\nClamped beam, frequencies (Hz)"
@@ -156,9 +155,9 @@ def tables(result: ModesResult) -> list[Table]:
         Table(_frequencies(result.joint_free_hz), FREQUENCIES, free),
         Table(list(_shapes(result)), SHAPES, "Couplings and tip values of the modes"),
     ]
-    if whose == "the paper's beam":
+    if not changed:
         return shown
-    against = f"The beam beside the default, {result.default['name']}; as a uniform one, then exact"
+    against = f"The beam beside {result.default['name']} one; as a uniform one, then exact"
     return [*shown, Table(rows, CHANGES, against)]
 
 

@@ -16,7 +16,7 @@ from flexsim.arm.beam import MODES
 from flexsim.arm.finite_beam import flexible_modes
 from flexsim.arm.parameters import Parameters
 from flexsim.arm.reference_beam import ReferenceBeam, uniform_reference
-from flexsim.mjcf.beams.beam_of import PAPERS, WRITTEN, StandsFor, beam_of
+from flexsim.mjcf.beams.beam_of import DEFAULT, WRITTEN, StandsFor, beam_of
 from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_as_modes import Vibration, clamped_damping, vibration
@@ -32,7 +32,7 @@ class ModesResult:
     """What `flexsim modes` prints; frequencies in Hz, each a mapping from model to (3,).
 
     `exact` is the robot's own beam; `default`, by the same names, the one that it is compared with:
-    the one that was written if a file has been edited since, else the paper's.
+    the one that was written if a file has been edited since, else the default robot's.
     """
 
     source: str
@@ -57,7 +57,7 @@ def stands_for(robot: Robot) -> StandsFor:
     if robot.given is not None:
         return beam_of(robot.given)
     own, default = uniform_reference(robot.parameters), uniform_reference(Parameters())
-    return StandsFor(own, default, PAPERS, design="tuned")
+    return StandsFor(own, default, DEFAULT, design="tuned")
 
 
 def compared(robot: Robot) -> ModesResult:

@@ -68,7 +68,7 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     hold: str = "stepped"
     """How a period is gone through: stepped (as in the simulation) or exact."""
     slack: float = SLACK
-    """Growth that a loop called stable may have [1/s]; the undamped beam decays no faster."""
+    """Growth that a loop called stable may have [1/s]; a beam without damping decays no faster."""
     map_points: int = 31
     """Points along each side of the maps over (k, nu); 0 leaves them out."""
     screen: int = 0

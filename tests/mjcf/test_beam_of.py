@@ -12,7 +12,8 @@ from flexsim import ModelError, Parameters, load_chain
 from flexsim.arm.chain_design import design_chain, plain_chain
 from flexsim.arm.finite_beam import Lump, Piece, finite_beam
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
-from flexsim.mjcf.beams.beam_of import PAPERS, StandsFor, beam_of
+from flexsim.mjcf.beams import beam_of as beams
+from flexsim.mjcf.beams.beam_of import StandsFor, beam_of
 from flexsim.mjcf.bodies import parts
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.chain_xml import chain_mjcf
@@ -87,7 +88,7 @@ def test_a_chain_as_written_is_its_uniform_beam(p: Parameters, segments: int, tu
     design = (design_chain if tuned else plain_chain)(p, segments)
     found = of(written(p, chain_mjcf(p, design, timestep=1e-4)))
     require_uniform(found, p)
-    assert found.default_name == PAPERS and not found.remarks
+    assert found.default_name == beams.DEFAULT and not found.remarks
 
 
 def test_a_rod_is_its_uniform_beam() -> None:
@@ -212,7 +213,7 @@ def test_whatever_the_bodies_are_their_mass_and_moments_are_kept(seed: int) -> N
 def test_the_block_is_the_default_of_an_edited_file() -> None:
     text = written(OTHER, chain_mjcf(OTHER, design_chain(OTHER, 6), timestep=5e-4))
     found = of(times(1.2, "stiffness", text))
-    assert found.default_name == "as written"
+    assert found.default_name == beams.AS_WRITTEN
     np.testing.assert_allclose(found.default.clamped(3), clamped_frequencies(OTHER, 3), rtol=DIGITS)
     np.testing.assert_allclose(
         found.reference.clamped(3), np.sqrt(1.2) * clamped_frequencies(OTHER, 3), rtol=DIGITS

@@ -166,12 +166,14 @@ def test_a_table_has_default_yours_and_change(
         ).replace('timestep="0.001"', 'timestep="0.0005"')
     )
     assert main(["modes", str(path)]) == 0
-    rows = capsys.readouterr().out.splitlines()
+    said = capsys.readouterr().out
+    assert "The beam beside the written one" in said
+    rows = said.splitlines()
     changed = {line[:28].strip(): line.split()[-2:] for line in rows if "%" in line}
     assert changed["EI (N m2)"] == ["+44.000", "%"]
     assert changed["clamped 1 (Hz)"] == changed["clamped 3 (Hz)"] == ["+20.000", "%"]
     assert main(["modes"]) == 0
-    assert "beside the default" not in capsys.readouterr().out
+    assert "The beam beside" not in capsys.readouterr().out
 
 
 def test_mac_tells_shapes_apart() -> None:

@@ -30,7 +30,7 @@ from flexsim.mjcf.rod_file import RodModel
 from flexsim.numerics.types import Array
 
 WRITTEN = ("L", "EI", "rho", "r", "zeta", "payload", "payload_inertia")  # beam_... in `<custom>`
-PAPERS = "the paper's"
+DEFAULT, AS_WRITTEN = "the default", "the written"  # beams to compare with
 UNCHANGED = 1e-6  # relative: numbers of a beam that agree to this are those that were written
 MILD = 2 * (1 + 1e-6)  # factor of an edit up to which a chain in pieces is held to a limit
 BALANCED = 1e-12  # [kg m] of the hub about joint 2, below which its centre is on the joint
@@ -42,7 +42,7 @@ class StandsFor:
 
     Attributes:
         reference: that beam, on the file's link and hub. default: to compare it with, the one that
-            was written if the file has been edited since, else the paper's robot.
+            was written if the file has been edited since, else the default robot's.
         default_name: whose that is, in words. remarks: what else to know, a clause each.
         design: 'tuned' or 'plain' if the chain is as `flexsim chain` writes it for a uniform beam,
             'in pieces' if it was and hinges or masses have since been edited by MILD at most, ''
@@ -71,7 +71,7 @@ def beam_of(arm: ChainModel | RodModel) -> StandsFor:
         reference, remarks, design = _of_chain(arm, written)
     if not written:
         remarks += ("the file has no <custom> block: its beam is read from bodies and springs",)
-    return StandsFor(reference, *_default(arm, reference, written), remarks, design)
+    return StandsFor(reference, *_default(reference, written), remarks, design)
 
 
 def written_beam(model: mujoco.MjModel, source: str) -> dict[str, float]:
@@ -198,10 +198,8 @@ def _uneven(values: Array, name: str, start: int) -> str:
     return ", ".join(f"{ratio[j]:.4g} times at {name} {j + start}" for j in odd)
 
 
-def _default(
-    arm: ChainModel | RodModel, own: ReferenceBeam, written: dict[str, float]
-) -> tuple[ReferenceBeam, str]:
-    """Return the beam to compare with: the written one if it is another, else the paper's."""
+def _default(own: ReferenceBeam, written: dict[str, float]) -> tuple[ReferenceBeam, str]:
+    """Return the beam to compare with: the written one if it is another, else the default's."""
     if written:
         before = replace(own.parameters, **written)
         same = all(
@@ -211,5 +209,5 @@ def _default(
         )
         if not (same and own.uniform):
             first = replace(own.base, parameters=before)
-            return ReferenceBeam(first, uniform_reference(before).finite), "as written"
-    return uniform_reference(Parameters()), PAPERS
+            return ReferenceBeam(first, uniform_reference(before).finite), AS_WRITTEN
+    return uniform_reference(Parameters()), DEFAULT
