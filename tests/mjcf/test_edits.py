@@ -10,7 +10,7 @@ from edits import DEFAULT, EDITS
 
 from flexsim.robot import Robot
 from studies.parity.beam_checks import DEFAULT_LIMITS
-from studies.parity.crosscheck import driven_checks
+from studies.parity.motion_checks import driven_checks
 from studies.parity.side_by_side import compared
 
 README = (Path(__file__).parents[2] / "models" / "README.md").read_text()

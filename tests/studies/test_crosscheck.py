@@ -35,14 +35,12 @@ from studies.parity.beam_checks import (
     limits_beside,
     model_checks,
 )
-from studies.parity.crosscheck import (
+from studies.parity.crosscheck import CrosscheckConfig, CrosscheckResult, run
+from studies.parity.motion_checks import (
     CHAIN_ENERGY_LIMIT,
     STATES,
-    CrosscheckConfig,
-    CrosscheckResult,
     acceleration_difference,
     energy_drift,
-    run,
 )
 from studies.parity.motions import BENT, BRISK, GENTLE, POSE, fitting_torque, trial_torque
 from studies.parity.side_by_side import stands_for
@@ -342,7 +340,7 @@ def test_a_motion_that_runs_away_fails_alone(monkeypatch: pytest.MonkeyPatch) ->
     def thrown(*_: object, **__: object) -> None:
         raise DivergenceError("the chain plant ran away at t = 0.1 s")
 
-    monkeypatch.setattr("studies.parity.crosscheck.drive", thrown)
+    monkeypatch.setattr("studies.parity.motion_checks.drive", thrown)
     result = run(CrosscheckConfig())
     failed = [check for check in result.checks if not check.ok]
     assert [check.value for check in failed] == [np.inf] * len(failed)
