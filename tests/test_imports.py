@@ -24,7 +24,7 @@ MUJOCO = {  # the rooms, and where else MuJoCo is at work
     "flexsim/numerics/mujoco_c.py": "its C functions for compiled code",
     "flexsim/recording/": "draws its geometry",
     "studies/compare/compare.py": "the type of the model that recordings draw",
-    "studies/parity/crosscheck.py": "takes its accelerations apart, names its integrator",
+    "studies/parity/motion_checks.py": "takes its accelerations apart",
     "studies/ladder/integrators.py": "is about its integrators",
     "studies/tools/timed_loops.py": "times its bare steps",
 }
