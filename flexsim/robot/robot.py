@@ -1,7 +1,7 @@
 """Which robot, and which model of it? The paper's or an MJCF file's; every plant by its name.
 
     >>> from flexsim.robot import Robot
-    >>> robot = Robot.of("models/chain6.xml")     # Robot() is the paper's
+    >>> robot = Robot.of("models/chain6.xml")     # Robot() is the paper's, damped
     >>> modes, chain = robot.both()
     >>> rigid = robot.plant("rigid")
 
@@ -12,23 +12,20 @@ chain's equations, compiled), `untuned` and `rod`, with a size after a colon whe
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from flexsim.arm.beam import MODES, beta_lengths
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.parameters import Parameters
-from flexsim.errors import ModelError, ParameterError
+from flexsim.errors import ParameterError
 from flexsim.loop.followed import require_followed
 from flexsim.loop.settings import Setting
 from flexsim.mjcf.arm_file import ArmFile
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
-from flexsim.mjcf.bodies import parts
-from flexsim.mjcf.chain_file import ChainModel, motor_matrix
-from flexsim.mjcf.edits import changed, with_motors
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.edits import Arm, changed, with_motors
 from flexsim.mjcf.load import load_arm
-from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
@@ -38,15 +35,12 @@ from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
 from flexsim.plants.rod_as_beam import require_uniform
 from flexsim.plants.rod_plant import RodPlant
+from flexsim.robot.held_friction import shortened, steepest, too_long
+from flexsim.robot.papers_beam import with_papers_beam
+from flexsim.robot.plant_names import plant_kind
 
 BEAMS = ("file", "analytic")
-SAME_LENGTH = 1e-6  # relative
 ZETA_MOST = 0.5  # of what a command is given: more is a percentage, not a fraction
-BALANCED = 1e-9  # [kg m] of the hub about joint 2
-KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod")
-PLANT_HELP = (
-    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N] or rod[:N]"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,12 +155,6 @@ class Robot:
         other = changed(file, stiffness, density, payload)
         return replace(self, parameters=parameters_of(other), file=other)
 
-    def _chain(self, setting: Setting | None) -> ChainModel | None:
-        """Return the file's chain with a setting's motors."""
-        if self.file is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
-            return self.file
-        return with_motors(self.file, setting.I_m1, setting.I_m2)
-
     def _parameters(self, setting: Setting | None) -> Parameters:
         return setting.applied(self.parameters) if setting else self.parameters
 
@@ -184,11 +172,11 @@ class Robot:
             ParameterError, ModelError: modes or step out of range, or a file with something that
                 the equations do not have.
         """
-        chain, own = self._chain(setting), self._parameters(setting)
+        chain, own = _with_motors(self.file, setting), self._parameters(setting)
         if chain is not None:
             own = parameters_of(chain)
         if self.beam == "analytic":
-            own, chain = self._with_papers_beam(own), None
+            own, chain = with_papers_beam(own, self.given), None
         elif self.rod is not None:
             require_uniform(self.rod)
         if step is None:
@@ -198,12 +186,12 @@ class Robot:
         plant = AssumedModesPlant(
             own, modes, usual, form, name, chain, modal_damping=self.modal_damping
         )
-        longest = plant.longest_held_step(_steepest(setting))
+        longest = plant.longest_held_step(steepest(setting))
         if plant.step >= longest:
             if step is not None:
-                raise ParameterError(_too_long(f"physics step {step:g} s", plant.name, longest))
+                raise ParameterError(too_long(f"physics step {step:g} s", plant.name, longest))
             plant = replace(plant, step=halved(longest))
-        arm = self._rod(setting) if self.file is None else chain
+        arm = _with_motors(self.rod, setting) if self.file is None else chain
         if arm is not None and self.beam == "file" and form == "consistent" and modes >= MODES:
             require_followed(plant, arm)
         return plant
@@ -221,23 +209,20 @@ class Robot:
         Raises:
             ParameterError: segments or a step beside a file, which has its own; or out of range.
         """
-        chain = self._chain(setting)
+        chain = _with_motors(self.file, setting)
         if self.rod is not None:
             require_uniform(self.rod)
         if chain is None:
             own, size = self._parameters(setting), SEGMENTS if segments is None else segments
             plant = ChainPlant.designed(own, size, step, fitted, name)
-            shorter = _shortened(plant.chain, setting, step)
+            shorter = shortened(plant.chain, setting, step)
             if shorter is not None:
                 plant = ChainPlant.designed(own, size, shorter, fitted, name)
             return plant
-        for what, value, its in (
-            ("segments", segments, len(chain.lengths)),
-            ("step", step, chain.step),
-        ):
-            if value is not None and value != its:
-                _contradicted(chain.source, what, value, its)
-        _shortened(chain, setting, chain.step)
+        _require_own(
+            chain, {"segments": (segments, len(chain.lengths)), "step": (step, chain.step)}
+        )
+        shortened(chain, setting, chain.step)
         return ChainPlant(parameters_of(chain), chain, name)
 
     def both(
@@ -293,30 +278,6 @@ class Robot:
             return self._designed_rod(setting, size or ELEMENTS, chain_step, name)
         return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
 
-    def _with_papers_beam(self, own: Parameters) -> Parameters:
-        """Return the robot of a file with the paper's beam, as long as the file's.
-
-        Raises:
-            ModelError: the file has something that no analytic beam takes along.
-        """
-        paper = Parameters()
-        if abs(own.L / paper.L - 1) > SAME_LENGTH and self.given is not None:
-            raise ModelError(
-                f"{self.given.source}: its beam is {own.L:g} m long, the paper's {paper.L:g} m; "
-                "--beam analytic is for files with the paper's length"
-            )
-        if self.file is not None:
-            require_linear(self.file)
-            hub = parts(self.file)[1]
-            if abs(float(hub.mass @ hub.x)) > BALANCED:
-                raise ModelError(
-                    f"{self.file.source}: body 'hub' has its centre of mass beside joint2, which "
-                    "--beam analytic cannot carry; leave it out, or centre the hub"
-                )
-        elif self.rod is not None:
-            require_linear(self.rod)
-        return replace(own, L=paper.L, rho=paper.rho, EI=paper.EI)
-
     def _rod_plant(
         self,
         rod: RodModel,
@@ -326,14 +287,10 @@ class Robot:
         name: str,
     ) -> RodPlant:
         """Return the file's rod, with a setting's motors."""
-        for what, value, its in (
-            ("elements", elements, len(rod.vertices) - 2),
-            ("step", step, rod.step),
-        ):
-            if value is not None and value != its:
-                _contradicted(rod.source, what, value, its)
-        own = self._rod(setting) or rod
-        _shortened(own, setting, own.step)
+        of_file = len(rod.vertices) - 2
+        _require_own(rod, {"elements": (elements, of_file), "step": (step, rod.step)})
+        own = _with_motors(self.rod, setting) or rod
+        shortened(own, setting, own.step)
         return RodPlant(self._parameters(setting), own, name)
 
     def _designed_rod(
@@ -342,65 +299,23 @@ class Robot:
         """Return the rod of the parameters, its step short enough for a setting's friction."""
         own = self._parameters(setting)
         plant = RodPlant.designed(own, elements, step)
-        shorter = _shortened(plant.rod, setting, step)
+        shorter = shortened(plant.rod, setting, step)
         if shorter is not None:
             plant = RodPlant.designed(own, elements, shorter)
         return replace(plant, name=name)
 
-    def _rod(self, setting: Setting | None) -> RodModel | None:
-        """Return the file's rod with a setting's motors."""
-        if self.rod is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
-            return self.rod
-        return with_motors(self.rod, setting.I_m1, setting.I_m2)
+
+def _require_own(arm: ArmFile, numbers: dict[str, tuple[float | None, float]]) -> None:
+    """Refuse numbers that are given otherwise than a file has them; None is not given."""
+    for what, (value, its) in numbers.items():
+        if value is not None and value != its:
+            raise ParameterError(
+                f"{arm.source} has {what} {its:g}, not {value:g}; leave it out, or edit the file"
+            )
 
 
-def _steepest(setting: Setting | None) -> tuple[float, float]:
-    """Return the slopes of a setting's friction that is held over a step [N m s/rad]."""
-    return (0.0, 0.0) if setting is None else setting.friction.steepest
-
-
-def _shortened(arm: ArmFile, setting: Setting | None, step: float | None) -> float | None:
-    """Return a step that a setting's friction, held over it, leaves stable; None: as it is.
-
-    Friction that opposes a joint's motion adds its slope over the joint's inertia to the rates that
-    bound the step, at the worst pose: a light hub runs away by itself, whatever controls it.
-
-    Args:
-        arm: a chain or rod. step: that was asked for, None if it may be shorter [s].
-
-    Raises:
-        ModelError: the step that was asked for is too long.
-    """
-    gears = motor_matrix(arm.model)
-    first, second = _steepest(setting)
-    longest = arm.longest_step((first * gears[0, 0], second * gears[1, 1]))
-    if arm.step < longest:
-        return None
-    if step is not None:
-        raise ModelError(_too_long(f"timestep {arm.step:g} s", arm.source, longest))
-    return halved(longest)
-
-
-def _too_long(step: str, what: str, longest: float) -> str:
-    return (
-        f"{what}: {step} is too long for friction that opposes the joints' motion, held over a "
-        f"step, with so light a joint; use less than {longest:.3g} s, or another setting"
-    )
-
-
-def _contradicted(source: str, what: str, value: float, its: float) -> None:
-    raise ParameterError(
-        f"{source} has {what} {its:g}, not {value:g}; leave it out, or edit the file"
-    )
-
-
-def plant_kind(name: str) -> tuple[str, int | None]:
-    """Return kind and size (None without one) of a plant's name.
-
-    Raises:
-        ParameterError: there is no such plant.
-    """
-    match = re.fullmatch(rf"({'|'.join(KINDS)})(?::([1-9][0-9]{{0,3}}))?", name)
-    if not match or (match[2] and match[1] == "rigid"):
-        raise ParameterError(f"plant {name!r} is unknown; choose {PLANT_HELP}")
-    return match[1], int(match[2]) if match[2] else None
+def _with_motors(arm: Arm | None, setting: Setting | None) -> Arm | None:
+    """Return a file, if there is one, with a setting's motors."""
+    if arm is None or setting is None or (setting.I_m1, setting.I_m2) == (None, None):
+        return arm
+    return with_motors(arm, setting.I_m1, setting.I_m2)
