@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from rich.console import Console
 
+from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
@@ -129,11 +130,25 @@ class HardwareOptions:
         return overridden(seed=getattr(self, "seed", 0), **self.hardware_numbers)
 
 
+def damping_note(robot: Robot) -> str:
+    """Return which damping ratios a chain has where the assumed modes have some of their own."""
+    asked = robot.modal_damping
+    omega = clamped_frequencies(robot.parameters, len(asked))
+    own = ", ".join(f"{robot.parameters.eta * each / 2:.3g}" for each in omega)
+    given = ", ".join(f"{each:.3g}" for each in asked)
+    return (
+        f"Note: the assumed modes have the damping ratios {given}; chains and rods, damped in "
+        f"proportion to stiffness, {own} or nearly"
+    )
+
+
 def show_differences(robot: Robot, out: Console | None = None) -> None:
-    """Print what the robot's file changes, if there is one."""
+    """Print what the robot's file changes, and what of its damping no chain follows, if any."""
+    out = out or console()
+    if robot.modal_damping:
+        out.print(damping_note(robot))
     if robot.given is None:
         return
-    out = out or console()
     rows = differences(robot.given)
     if not rows:
         out.print(f"{spelled(robot.given.source)}: the same robot as the default")

@@ -56,6 +56,15 @@ def test_a_robot_with_a_payload_on_its_axis(
     assert json.loads(run([*words, *ROBOT, "--json"], capsys))
 
 
+def test_what_a_chain_does_not_follow_of_modal_damping_is_said(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    shown = " ".join(run(["modes", "--modal-damping", "0.001", "0.002", "0.0005"], capsys).split())
+    assert "have the damping ratios 0.001, 0.002, 0.0005" in shown
+    assert "in proportion to stiffness, 0.001, 0.00627, 0.0175" in shown
+    assert "damping ratios" not in run(["modes"], capsys).split("Clamped")[0]
+
+
 def test_a_chain_of_that_robot_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "loaded.xml"
     shown = run(["chain", *ROBOT, "--out", str(path)], capsys)
