@@ -76,5 +76,5 @@ def parameters_of(chain: ChainModel) -> Parameters:
     EI = L**3 / (3 * compliance)
     turned = (lever / model.jnt_stiffness[2:]) ** 2  # of a hinge, under the force
     eta = float(np.sum(model.dof_damping[2:] * turned)) / compliance
-    bodies, load = parts(chain), payload_of(model)
+    bodies, load = parts(chain), payload_of(chain)
     return robot_of_bodies(bodies, model, chain.source, chain.L_R, chain.clamp, L, EI, eta, load)

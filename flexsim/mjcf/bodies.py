@@ -148,17 +148,42 @@ def robot_of_bodies(
         raise ModelError(f"{source}: {error}") from None
 
 
-def payload_of(model: mujoco.MjModel) -> tuple[float, float]:
-    """Return mass [kg] and inertia about the tip [kg m2] of a file's body `payload`, or zeros."""
+def payload_of(chain: ChainModel) -> tuple[float, float]:
+    """Return mass [kg] and inertia about the tip [kg m2] of a file's body `payload`, or zeros.
+
+    Raises:
+        ModelError: that body is not fixed to the last segment, which has the tip.
+    """
+    model = chain.model
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, PAYLOAD)
     if body < 0:
         return 0.0, 0.0
+    last = int(model.jnt_bodyid[-1])
+    if body == last:
+        raise ModelError(
+            f"{chain.source}: body {PAYLOAD!r} has a hinge of its own; fix it to the last segment, "
+            "or give it another name"
+        )
+    if int(model.body_weldid[body]) != last:
+        raise ModelError(
+            f"{chain.source}: body {PAYLOAD!r} is not fixed to {model.body(last).name!r}, which "
+            "has the tip; move it there, or give it another name: it is no payload elsewhere"
+        )
     data = straight(model)
     vertical = data.ximat[body].reshape(3, 3)[2]
     place = data.xipos[body, :2] - data.site("tip").xpos[:2]
     mass = float(model.body_mass[body])
     inertia = float(np.sum(vertical**2 * model.body_inertia[body]))
     return mass, inertia + mass * float(product(place, place))
+
+
+def payload_ahead(chain: ChainModel) -> float:
+    """Return how far ahead of the tip the centre of the body `payload` is [m], 0 without one."""
+    body = mujoco.mj_name2id(chain.model, mujoco.mjtObj.mjOBJ_BODY, PAYLOAD)
+    if body < 0 or chain.model.body_mass[body] == 0:
+        return 0.0
+    data = straight(chain.model)
+    return float(data.xipos[body, 0] - data.site("tip").xpos[0])
 
 
 def _carried(model: mujoco.MjModel, heads: Sequence[int]) -> NDArray[np.bool_]:

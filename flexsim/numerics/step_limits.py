@@ -137,14 +137,14 @@ def halved(longest: float) -> float:
     """Return 1 ms, halved until it is below the longest step [s].
 
     Raises:
-        ParameterError: that would be below SHORTEST_STEP, or the longest is not a number.
+        ParameterError: that is below SHORTEST_STEP, or the longest is not a number.
     """
-    if not longest > SHORTEST_STEP:
+    step = LONGEST_STEP
+    while step >= longest and step >= SHORTEST_STEP:
+        step /= 2
+    if not (longest > SHORTEST_STEP and step >= SHORTEST_STEP):
         raise ParameterError(
             f"the robot needs a physics step below {longest:.3g} s, less than the "
             f"{SHORTEST_STEP:g} s that can be simulated; make it less stiff, less damped or heavier"
         )
-    step = LONGEST_STEP
-    while step >= longest:
-        step /= 2
     return step

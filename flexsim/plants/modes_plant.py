@@ -27,6 +27,7 @@ from flexsim.numerics.dense import product
 from flexsim.numerics.step_limits import (
     LONGEST_STEP,
     POSES,
+    SHORTEST_STEP,
     fastest_decay,
     halved,
     longest_rk4_step,
@@ -47,7 +48,6 @@ from flexsim.plants.printed import (
 )
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
-SHORTEST_STEP = 1e-6  # [s] at which frequencies are asked for
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,14 @@ from dataclasses import replace
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
-from flexsim.mjcf.bodies import parts
+from flexsim.mjcf.bodies import parts, payload_ahead
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel
 
 SAME_LENGTH = 1e-6  # relative
 BALANCED = 1e-9  # [kg m] of the hub about joint 2
+AT_TIP = 1e-4  # of the beam, within which the centre of a payload is at its tip
 
 
 def with_papers_beam(own: Parameters, arm: ChainModel | RodModel | None) -> Parameters:
@@ -44,5 +45,11 @@ def with_papers_beam(own: Parameters, arm: ChainModel | RodModel | None) -> Para
             raise ModelError(
                 f"{arm.source}: body 'hub' has its centre of mass beside joint2, which --beam "
                 "analytic cannot carry; leave it out, or centre the hub"
+            )
+        ahead = payload_ahead(arm)
+        if abs(ahead) > AT_TIP * own.L:
+            raise ModelError(
+                f"{arm.source}: body 'payload' has its centre of mass {ahead:g} m ahead of the "
+                "tip, which --beam analytic cannot carry; leave it out, or move it"
             )
     return replace(own, L=paper.L, rho=paper.rho, EI=paper.EI)

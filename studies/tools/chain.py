@@ -180,7 +180,12 @@ def front_rows(config: ChainConfig) -> list[FrontRow]:
     Raises:
         ParameterError: segments out of range, or an option that has no effect with --front.
     """
-    for name, is_given in (("--out", config.out is not None), ("--plain", config.plain)):
+    for name, is_given in (
+        ("--out", config.out is not None),
+        ("--plain", config.plain),
+        ("--timestep", config.timestep != LONGEST_STEP),
+        ("--force", config.force),
+    ):
         if is_given:
             raise ParameterError(f"{name} has no effect with --front, which writes nothing")
     chosen = design_chain(config.robot, config.segments)

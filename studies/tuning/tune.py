@@ -210,6 +210,15 @@ def begin(config: TuneConfig) -> tuple[Record, Problem, Start]:
     return Record(tuning, draws, [], len(tune_folder.HEADER)), problem, start
 
 
+def first_difference(robot: Parameters, other: Parameters) -> tuple[str, float, float]:
+    """Return the option of the first number in which two robots differ, and both its values."""
+    for item in dataclasses.fields(Parameters):
+        one, its = getattr(robot, item.name), getattr(other, item.name)
+        if one != its:
+            return f"robot.{item.name}", one, its
+    raise ValueError("the robots are the same")
+
+
 def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     """Return a run to be continued, cut to its last complete generation.
 
@@ -220,6 +229,8 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     record = tune_folder.read(folder)
     for name, value in given(config).items():
         its = getattr(record.tuning, name)
+        if isinstance(value, Parameters) and value != its:
+            name, value, its = first_difference(value, its)
         if value != its:
             raise ParameterError(
                 f"--{name.replace('_', '-')} {value} contradicts {folder}, which has {its}; "

@@ -255,3 +255,37 @@ def test_damping_of_hinges_is_the_materials() -> None:
     found = of(text).reference
     np.testing.assert_allclose(found.clamped_damping(3), eta * found.clamped(3) / 2, rtol=2e-6)
     assert found.parameters.eta == pytest.approx(eta, rel=2e-6)
+
+
+SEGMENT_4 = '\n                <body name="segment4"'
+ROOT = '\n        <body name="root"'
+BOX = PAYLOAD_AT_TIP.removeprefix(TIP)
+
+
+@pytest.mark.parametrize("place", [SEGMENT_4, ROOT], ids=["on the third segment", "on the hub"])
+def test_a_payload_away_from_the_tip_is_refused(place: str) -> None:
+    """Its mass would be taken off a beam that does not have it, and put at the tip."""
+    assert DEFAULT.count(place) == 1
+    text = DEFAULT.replace(place, BOX + place)
+    with pytest.raises(ModelError, match="'payload' is not fixed to 'segment6'"):
+        of(text)
+    other = of(text.replace('name="payload"', 'name="box"'))
+    assert other.reference.parameters.payload == 0
+
+
+def test_a_payload_with_a_hinge_is_refused() -> None:
+    """It is the last segment then, whatever its name."""
+    hinge = '<joint name="swing" stiffness="1"/><site name="tip" pos="0.01 0 0"/><inertial'
+    with pytest.raises(ModelError, match="'payload' has a hinge of its own"):
+        of(DEFAULT.replace(TIP, BOX.replace("<inertial", hinge, 1)))
+
+
+def test_a_block_with_several_numbers_for_one_is_refused() -> None:
+    text = written(P, DEFAULT).replace('"beam_L" data="0.5"', '"beam_L" data="0.5 0.6"')
+    with pytest.raises(ModelError, match=r"beam_L has 2 numbers; give one"):
+        of(text)
+
+
+def test_a_block_that_lacks_a_number_is_said_to() -> None:
+    text = re.sub(r'<numeric name="beam_EI"[^>]*>', "", written(P, DEFAULT))
+    assert any("lacks the number beam_EI" in remark for remark in of(text).remarks)

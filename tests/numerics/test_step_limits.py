@@ -15,6 +15,7 @@ from flexsim.numerics.step_limits import (
     INTEGRATORS,
     POSES,
     RK4_LIMIT,
+    SHORTEST_STEP,
     halved,
     longest_step,
     one_step_map,
@@ -127,6 +128,7 @@ def test_limits_over_poses_are_those_that_were_measured(damping: float) -> None:
 
 def test_halving() -> None:
     assert halved(RK4_LIMIT) == 1e-3 and halved(1e-3) == 5e-4 and halved(2.6e-4) == 2.5e-4
-    for longest in (1e-8, 0.0, float("nan")):
+    assert halved(2.2 * SHORTEST_STEP) >= SHORTEST_STEP
+    for longest in (1e-8, 1.01 * SHORTEST_STEP, 0.0, float("nan")):
         with pytest.raises(ParameterError, match="needs a physics step below"):
             halved(longest)

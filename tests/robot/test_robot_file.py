@@ -10,6 +10,7 @@ from edits import DEFAULT, EDITS, edited
 
 from flexsim import ModelError, ParameterError, Parameters, load_chain, setting
 from flexsim.mjcf.differences import differences
+from flexsim.numerics.step_limits import SHORTEST_STEP
 from flexsim.plants.assumed_modes import assumed_modes
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -83,6 +84,9 @@ def test_the_papers_beam_on_the_files_rigid_bodies() -> None:
     )
 
 
+AHEAD = '<inertial pos="0.02 0 0" mass="0.05"'
+
+
 @pytest.mark.parametrize(
     "text, words",
     [
@@ -94,6 +98,10 @@ def test_the_papers_beam_on_the_files_rigid_bodies() -> None:
         (
             edited('<joint name="hinge3"', '<joint name="hinge3" frictionloss="0.1"'),
             "'hinge3' has dry friction",
+        ),
+        (
+            EDITS["payload"].replace('<inertial pos="0 0 0" mass="0.05"', AHEAD),
+            "'payload' has its centre of mass 0.02 m ahead of the tip",
         ),
     ],
 )
@@ -172,3 +180,9 @@ def test_differences_name_element_attribute_and_both_values() -> None:
     assert any(row[0] == "body 10 in segment6, added" for row in nameless)
     extra = edited('<site name="hub"/>', '<site name="hub"/><site name="mark" pos="0.01 0 0"/>')
     assert shown(extra) == []  # a mark does not act on the motion
+
+
+def test_a_chain_takes_steps_as_short_as_a_robots_may_be() -> None:
+    """Its file is read back with the limit by which the step was chosen."""
+    chain = Robot(Parameters(zeta=0.49, EI=50.0)).chain_plant()
+    assert SHORTEST_STEP <= chain.step < 1e-6

@@ -93,6 +93,8 @@ def test_the_front_is_shown_and_nothing_written(
         (["modes", "--robot.payload", "-1"], "parameter payload (mass of a payload at the tip)"),
         (["modes", "--robot.payload", "1e6"], "give 785 kg at most"),
         (["chain", "--front", "--out", "x.xml"], "--out has no effect with --front"),
+        (["chain", "--front", "--force"], "--force has no effect with --front"),
+        (["chain", "--front", "--timestep", "5e-4"], "--timestep has no effect with --front"),
         (["chain"], "--out is missing"),
     ],
 )

@@ -588,6 +588,7 @@ def spoil_header(run):
         (lambda run: (run / "generations.csv").unlink(), [], "generations.csv"),
         (lambda run: (run / "config.json").unlink(), [], "not a run"),
         (lambda run: None, ["--seed", "1"], "--seed"),
+        (lambda run: None, ["--robot.payload", "0.1"], "--robot.payload 0.1 contradicts"),
         (lambda run: None, ["--trajectory", "line"], "--trajectory"),
         (lambda run: None, ["--generations", "50"], "--generations"),
         (lambda run: None, ["--threads", "0"], "threads"),

@@ -30,6 +30,7 @@ from flexsim.mjcf.rod_file import RodModel
 from flexsim.numerics.types import Array
 
 WRITTEN = ("L", "EI", "rho", "r", "zeta", "payload", "payload_inertia")  # beam_... in `<custom>`
+NEEDED = ("L", "EI", "rho")  # of these, for a beam to be the written one
 DEFAULT, AS_WRITTEN = "the default", "the written"  # beams to compare with
 UNCHANGED = 1e-6  # relative: numbers of a beam that agree to this are those that were written
 MILD = 2 * (1 + 1e-6)  # factor of an edit up to which a chain in pieces is held to a limit
@@ -70,28 +71,44 @@ def beam_of(arm: ChainModel | RodModel) -> StandsFor:
     else:
         reference, remarks, design = _of_chain(arm, written)
     if not written:
-        remarks += ("the file has no <custom> block: its beam is read from bodies and springs",)
+        remarks += (f"{_without(arm.model)}: its beam is read from bodies and springs",)
     return StandsFor(reference, *_default(reference, written), remarks, design)
 
 
 def written_beam(model: mujoco.MjModel, source: str) -> dict[str, float]:
-    """Return the numbers of a file's `<custom>` block by their parameters, none without L and EI.
+    """Return the numbers of a file's `<custom>` block by their parameters, none without NEEDED.
 
     Raises:
-        ModelError: a number is not one that a beam can have.
+        ModelError: a number is not one that a beam can have, or there are several for one.
     """
     found = {}
     for name in WRITTEN:
         i = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"beam_{name}")
-        if i >= 0 and model.numeric_size[i] > 0:
-            found[name] = float(model.numeric_data[model.numeric_adr[i]])
-    if not {"L", "EI", "rho"} <= set(found):
+        if i < 0:
+            continue
+        if model.numeric_size[i] != 1:
+            raise ModelError(
+                f"{source}: its <custom> block: beam_{name} has {model.numeric_size[i]} numbers; "
+                "give one"
+            )
+        found[name] = float(model.numeric_data[model.numeric_adr[i]])
+    if not set(NEEDED) <= set(found):
         return {}
     try:
         replace(Parameters(), **found)
     except ParameterError as error:
         raise ModelError(f"{source}: its <custom> block: {error}") from None
     return found
+
+
+def _without(model: mujoco.MjModel) -> str:
+    """Return in words what a file's `<custom>` block lacks to say which beam it was written for."""
+    kind = mujoco.mjtObj.mjOBJ_NUMERIC
+    there = {name: mujoco.mj_name2id(model, kind, f"beam_{name}") >= 0 for name in WRITTEN}
+    if not any(there.values()):
+        return "the file has no <custom> block"
+    missing = " and ".join(f"beam_{name}" for name in NEEDED if not there[name])
+    return f"the file's <custom> block lacks the number {missing}"
 
 
 def _of_chain(

@@ -22,9 +22,9 @@ from flexsim.mjcf.reading.geometry import (
     places,
     sites,
 )
+from flexsim.numerics.step_limits import SHORTEST_STEP
 
 GEARS = (1e-4, 1e4)  # of motors, in magnitude: what squares and quotients of them can take
-SHORTEST_TIMESTEP = 1e-6  # [s] a second of it takes a chain ten of a clock
 NAMED = (  # what is addressed by name; the option that maps another name has ours
     ("joint", mujoco.mjtObj.mjOBJ_JOINT, ("joint1", "joint2")),
     ("site", mujoco.mjtObj.mjOBJ_SITE, ("hub", "tip")),
@@ -242,8 +242,8 @@ def _numbers(model: mujoco.MjModel) -> Iterator[str]:
                 name = getattr(model, kind)(i).name
                 yield f"{kind} {name!r} has {quantity} {value:g}; give a finite number, 0 or more"
     step = float(model.opt.timestep)
-    if not SHORTEST_TIMESTEP <= step < np.inf:
-        least = "more than 0" if not step > 0 else f"{SHORTEST_TIMESTEP:g} or more"
+    if not SHORTEST_STEP <= step < np.inf:
+        least = "more than 0" if not step > 0 else f"{SHORTEST_STEP:g} or more"
         yield f"timestep is {step:g} s; give {least}"
     for kind, quantity, vectors in (
         ("body", "pos", model.body_pos),
