@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import studies
+from studies.tuning.record import DECIDES
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("flexsim", "studies", "controllers")
@@ -164,3 +165,17 @@ def test_rooms_have_about_a_dozen_files() -> None:
         for folder in [ROOT / package, *(ROOT / package).rglob("*/")]:
             files = [path for path in folder.glob("*.py") if path.name != "__init__.py"]
             assert len(files) <= ROOM_MOST, folder
+
+
+def test_a_tunings_digest_has_all_that_its_result_depends_on() -> None:
+    """Whatever the search imports, so that a run is not resumed with other code."""
+    seen: set[str] = set()
+    left = ["studies.tuning.problem", "studies.tuning.screened_draws"]
+    while left:
+        name = left.pop()
+        if name not in seen:
+            seen.add(name)
+            left += graph()[name]
+    named = {path for pattern in DECIDES for path in ROOT.glob(pattern)}
+    assert {modules()[name] for name in seen} <= named
+    assert ROOT / "flexsim/loop/control/compiled.py" in named

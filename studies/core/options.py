@@ -55,14 +55,20 @@ class NameOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotOptions(NameOptions):
-    """Which robot a command is about."""
+class OwnRobotOptions(NameOptions):
+    """The robot by its numbers, or the names in its file."""
 
     robot: Parameters = field(default_factory=Parameters)
     """The robot, in every model of it, unless --mjcf gives a file."""
     modal_damping: tuple[float, ...] = ()
     """Damping ratios of the assumed modes, one for each, instead of --robot.zeta; chains get the
     first one's, and ratios that grow with the frequency."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions(OwnRobotOptions):
+    """Which robot a command is about."""
+
     mjcf: Path | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] = "file"
@@ -71,7 +77,7 @@ class RobotOptions(NameOptions):
 
     @property
     def for_tuning(self) -> dict[str, Any]:
-        """The same options of a `studies.tuning.problem.Tuning`."""
+        """The same options of a `studies.tuning.tuning.Tuning`."""
         mjcf = None if self.mjcf is None else str(self.mjcf)
         own = {"robot": self.robot, "modal_damping": self.modal_damping}
         return {"mjcf": mjcf, "beam": self.beam} | own | vars(self.names)
@@ -98,12 +104,9 @@ class RobotOptions(NameOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class HardwareOptions:
-    """Which sensors, computer and motors are in the loop."""
+class HardwareNumberOptions:
+    """Numbers of sensors, computer and motors in place of the named hardware's."""
 
-    hardware: str = "ideal"
-    """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
-    0.1 mm of noise on v)."""
     hardware_delay: int | None = None
     """From measurement to torque, whole samples; the hardware's own unless given, as all below."""
     hardware_torque_limit: tuple[float, float] | None = None
@@ -111,13 +114,22 @@ class HardwareOptions:
     hardware_counts: int | None = None
     """Of both joints' encoders, per turn; 0 for exact angles."""
     hardware_noise: float | None = None
-    """Noise on v, root mean square [m]; its seed is the study's."""
+    """Noise on v, root mean square [m]; its seed is the command's."""
     hardware_lag: float | None = None
     """Time constant of the motors' first-order lag [s]."""
 
+
+@dataclass(frozen=True, kw_only=True)
+class HardwareOptions(HardwareNumberOptions):
+    """Which sensors, computer and motors are in the loop."""
+
+    hardware: str = "ideal"
+    """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
+    0.1 mm of noise on v)."""
+
     @property
     def hardware_numbers(self) -> dict[str, Any]:
-        """These options, as a `studies.tuning.problem.Tuning` has them, too."""
+        """These options, as a `studies.tuning.tuning.Tuning` has them, too."""
         return {item.name: getattr(self, item.name) for item in fields(HardwareOptions)}
 
     @property

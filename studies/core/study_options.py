@@ -58,7 +58,7 @@ class StudyOptions(HardwareOptions, RobotOptions):
 
     @property
     def for_tuning(self) -> dict[str, Any]:
-        """The same options of a `studies.tuning.problem.Tuning`."""
+        """The same options of a `studies.tuning.tuning.Tuning`."""
         return super().for_tuning | self.hardware_numbers
 
     def asked(self) -> Self:

@@ -27,7 +27,8 @@ from studies.core.study_options import LoopOptions, Out, Population
 from studies.pid_question import report
 from studies.tuning.distributions import DISTRIBUTIONS, NAMES, Distribution
 from studies.tuning.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
-from studies.tuning.problem import SEED_MOST, Tuning, distribution_for, problem_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
+from studies.tuning.tuning import SEED_MOST, Tuning
 
 DESIGNS = {  # (order, realisation): controller and realisation of `Tuning`
     ("fractional", "truncated"): ("fractional", "tustin"),

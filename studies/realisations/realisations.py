@@ -31,7 +31,8 @@ from studies.core.repeats import perturbed
 from studies.core.study_options import LoopOptions, Out, Perturbations
 from studies.realisations import report
 from studies.realisations.response import ORDERS, ResponseRow, response_row, sample_cost
-from studies.tuning.problem import Tuning, distribution_for, problem_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
+from studies.tuning.tuning import Tuning
 
 LENGTHS = {  # terms tried: series need many, fractions round away when PIDs have over five
     "tustin": (5, 10, 20, 50),

@@ -34,8 +34,9 @@ from studies.core.study_options import (
 )
 from studies.screening import report
 from studies.tuning.genetic import Generation, Search
-from studies.tuning.problem import Tuning, distribution_for, problem_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
 from studies.tuning.screened_draws import Screened, Tally, screened
+from studies.tuning.tuning import Tuning
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,8 @@ from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import Filters
-from studies.tuning.problem import BOTH, Tuning, distribution_for, problem_of, scenarios_of, tune
+from studies.tuning.problem import distribution_for, problem_of, scenarios_of, tune
+from studies.tuning.tuning import BOTH, Tuning
 
 FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
     "assumed-modes": ("assumed-modes", "chain"),

@@ -10,28 +10,24 @@ No folders, no terminal: any study can call this as often as it likes.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from flexsim.arm.beam import MODES
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware, overridden
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of
-from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
+from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.mjcf.reading.names import Names
-from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import in_closed_form
-from flexsim.robot import Robot, plant_kind
+from flexsim.robot import Robot
 from studies.core.paper import PLANTS
 from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
 from studies.tuning.genetic import (
@@ -41,151 +37,12 @@ from studies.tuning.genetic import (
     OnGeneration,
     Scores,
     Search,
-    run_genetic,
 )
 from studies.tuning.individuals import ControllerDesign
-from studies.tuning.peers import check_de, run_cma, run_de
+from studies.tuning.tuning import BOTH, TUNERS, Tuning
 
-BOTH = "both"
-TUNERS: dict[str, Callable[..., Search]] = {
-    "genetic": run_genetic,
-    "cma": run_cma,
-    "de": run_de,
-}
 UNBUILT = 0.0  # [s] divergence time of parameters that no filter can be built from
 PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
-SEED_MOST = 2**32 - 1
-COUNTS = (
-    "terms",
-    "perturb",
-    "population",
-    "generations",
-    "patience",
-    "survivors",
-    "screen",
-    "seed",
-    "modes",
-    "segments",
-)
-
-
-@dataclass(frozen=True)
-class Tuning:
-    """Everything that a tuned result depends on; plain values, as a run's config.json has them.
-
-    Attributes:
-        trajectory, setting: names. plant: 'both', or a plant's name, see `flexsim.robot`.
-        controller, realisation, terms, period, filter_time: see `ControllerDesign`.
-        distribution: 'table-1', 'log-uniform' or a TOML file, see `studies.tuning.distributions`.
-        tuner: 'genetic', 'cma' or 'de'.
-        weights: of x, y and v in the index (5).
-        perturb: perturbed robots beside the nominal one, each plant on all of them; the worst
-            counts. perturb_spread: the relative changes of EI, rho and friction are at most this.
-        perturb_payload: the payload at the tip is at most this [kg].
-        population, generations, patience, survivors: see `GeneticSettings`.
-        screen: candidates at most per individual drawn, those kept whose linear loop does not
-            grow, see `studies.tuning.screened_draws`; 0 for no screening.
-        hardware: a name; hardware_delay, ..., hardware_lag: numbers instead of its own, see
-            `studies.core.options`. All individuals have the same noise, by the seed.
-        modes: n. segments: N of the chain, None for 6 or the file's.
-        robot, modal_damping: the robot without a file. mjcf, beam: its file; see `Robot.of`.
-        joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
-
-    Raises:
-        ParameterError: an unknown name, a number out of range, what does not go together.
-    """
-
-    trajectory: str = "line"
-    plant: str = "assumed-modes"
-    controller: str = "fractional"
-    realisation: str = "tustin"
-    setting: str = DEFAULT_SETTING
-    distribution: str = "table-1"
-    tuner: str = "genetic"
-    terms: int = 10
-    period: float = PERIOD
-    filter_time: float = 0.0
-    weights: tuple[float, float, float] = WEIGHTS
-    perturb: int = 0
-    perturb_spread: float = 0.2
-    perturb_payload: float = 0.02
-    population: int = 50
-    generations: int = 100
-    patience: int = 10
-    survivors: int = 6
-    screen: int = 0
-    seed: int = 1
-    modes: int = MODES
-    segments: int | None = None
-    robot: Parameters = field(default_factory=Parameters)
-    modal_damping: tuple[float, ...] = ()
-    mjcf: str | None = None
-    beam: str = "file"
-    joint1: str | None = None
-    joint2: str | None = None
-    hub: str | None = None
-    tip: str | None = None
-    motor1: str | None = None
-    motor2: str | None = None
-    hardware: str = "ideal"
-    hardware_delay: int | None = None
-    hardware_torque_limit: tuple[float, float] | None = None
-    hardware_counts: int | None = None
-    hardware_noise: float | None = None
-    hardware_lag: float | None = None
-
-    def __post_init__(self) -> None:
-        for name in COUNTS:
-            value = getattr(self, name)
-            if type(value) is not int and not (name == "segments" and value is None):
-                raise ParameterError(f"{name} is {value!r}; give a whole number")
-        trajectory(self.trajectory)
-        setting(self.setting)
-        if self.plant != BOTH:
-            plant_kind(self.plant)  # refuses what is none
-        if self.tuner not in TUNERS:
-            raise ParameterError(
-                f"tuner {self.tuner!r} is unknown; choose one of {', '.join(TUNERS)}"
-            )
-        if not 0 <= self.seed <= SEED_MOST:
-            raise ParameterError(f"seed is {self.seed}; give 0 to {SEED_MOST}")
-        if self.perturb < 0:
-            raise ParameterError(f"perturb is {self.perturb}; give 0 or more perturbed robots")
-        if self.screen < 0 or self.screen == 1:
-            raise ParameterError(
-                f"screen is {self.screen}; give 0 for none, or 2 or more candidates"
-            )
-        if not 0 < self.perturb_spread < 1:
-            raise ParameterError(
-                f"perturb spread is {self.perturb_spread}; give more than 0 and less than 1"
-            )
-        if not 0 <= self.perturb_payload < math.inf:
-            raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
-        if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
-            raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
-        _ = self.built
-        _ = self.design  # refuses what it cannot be made of
-        genetic = self.genetic
-        if self.tuner == "de":
-            check_de(genetic)
-
-    @property
-    def built(self) -> Hardware:
-        """Sensors, computer and motors."""
-        names = [item.name for item in fields(self) if item.name.startswith("hardware")]
-        return overridden(seed=self.seed, **{name: getattr(self, name) for name in names})
-
-    @property
-    def design(self) -> ControllerDesign:
-        """What the ten parameters mean."""
-        return ControllerDesign(
-            self.controller, self.realisation, self.terms, self.period, self.filter_time
-        )
-
-    @property
-    def genetic(self) -> GeneticSettings:
-        """Numbers of the algorithm."""
-        return GeneticSettings(self.population, self.generations, self.patience, self.survivors)
 
 
 @dataclass(frozen=True, eq=False)

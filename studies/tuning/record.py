@@ -38,7 +38,7 @@ from studies.tuning.distributions import NAMES, Distribution, draw_of
 from studies.tuning.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation
 from studies.tuning.individuals import DERIVATIVE_PAIRS, SI_NAMES, in_si
 from studies.tuning.peers import peer_generations
-from studies.tuning.problem import TUNERS, Tuning
+from studies.tuning.tuning import TUNERS, Tuning
 
 GENERATIONS = "generations.csv"
 GENERATIONS_MOST = 1024 * MIB
@@ -67,6 +67,7 @@ DECIDES = (  # sources that a result depends on
             "peers",
             "problem",
             "screened_draws",
+            "tuning",
         )
     ),
 )

@@ -23,7 +23,8 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import Distribution
 from studies.tuning.individuals import ControllerDesign, Filters
-from studies.tuning.problem import Problem, Tuning
+from studies.tuning.problem import Problem
+from studies.tuning.tuning import Tuning
 
 GAIN_MOST = 1e100  # of a filter's coefficients; the loop's matrix would overflow not far beyond
 

@@ -10,32 +10,33 @@ same bits as if it had never stopped, on any number of threads.
 from __future__ import annotations
 
 import dataclasses
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
-from datetime import timedelta
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
-
-from rich.progress import BarColumn, Progress, TextColumn
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.ending import NOTHING_KEPT, saying
-from studies.core.options import ROBOT_FILE, NameOptions, show_differences
+from studies.core.options import (
+    ROBOT_FILE,
+    HardwareNumberOptions,
+    OwnRobotOptions,
+    show_differences,
+)
 from studies.core.study_options import check_threads
 from studies.core.text import spelled
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
-from studies.tuning.genetic import Generation, OnGeneration, Search
+from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import TEXTBOOK
+from studies.tuning.live import live
 from studies.tuning.problem import (
     Perturbation,
     Problem,
-    Tuning,
     distribution_for,
     perturbations,
     problem_of,
@@ -44,20 +45,20 @@ from studies.tuning.problem import (
 )
 from studies.tuning.record import Record
 from studies.tuning.screened_draws import Screened, screened
+from studies.tuning.tuning import Tuning
 
 DEFAULT_OUT = Path("runs/tune")
 
 
 @dataclass(frozen=True)
-class TuneConfig(NameOptions):
+class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Tune both joints' controllers: the genetic algorithm of section 3.2, or a peer."""
 
     trajectory: str | None = None
     """line, two-loop or circle; line unless given."""
     plant: str | None = None
-    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N],
-    closed-chain[:N], untuned[:N] or
-    rod; assumed-modes unless given."""
+    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
+    untuned[:N] or rod[:N]; assumed-modes unless given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
     realisation: str | None = None
@@ -101,11 +102,6 @@ class TuneConfig(NameOptions):
     """Assumed modes, n; 3 unless given."""
     segments: int | None = None
     """Segments of the chain; 6 unless given."""
-    robot: Parameters = field(default_factory=Parameters)
-    """The robot, in every model of it, unless --mjcf gives a file."""
-    modal_damping: tuple[float, ...] = ()
-    """Damping ratios of the assumed modes, one for each, instead of --robot.zeta; chains get the
-    first one's, and ratios that grow with the frequency."""
     mjcf: str | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] | None = None
@@ -114,16 +110,6 @@ class TuneConfig(NameOptions):
     hardware: str | None = None
     """ideal or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn, 0.1 mm of noise
     on v); ideal unless given."""
-    hardware_delay: int | None = None
-    """From measurement to torque, whole samples; the hardware's own unless given, as all below."""
-    hardware_torque_limit: tuple[float, float] | None = None
-    """Largest torques of the motors [N m]; inf for none."""
-    hardware_counts: int | None = None
-    """Of both joints' encoders, per turn; 0 for exact angles."""
-    hardware_noise: float | None = None
-    """Noise on v, root mean square [m]; its seed is the run's."""
-    hardware_lag: float | None = None
-    """Time constant of the motors' first-order lag [s]."""
     out: Path | None = None
     """Folder of the run, made anew; runs/tune unless given."""
     force: bool = False
@@ -248,34 +234,6 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     if not config.json:
         show_differences(robot)
     return dataclasses.replace(record, draws=draws), problem
-
-
-@contextmanager
-def live(record: Record, scenarios: int) -> Iterator[OnGeneration]:
-    """Give a function that shows each new generation on the terminal."""
-    out = console(stderr=True)
-    columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
-    most = tune_folder.most_generations(record.tuning)
-    best = min((float(each.indices.min()) for each in record.generations), default=float("inf"))
-    ran, started = 0, time.perf_counter()
-    with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as bar:
-        task = bar.add_task("compiling", total=most, completed=len(record.generations))
-
-        def show(new: Generation) -> None:
-            nonlocal best, ran
-            best = min(best, float(new.indices.min()))
-            ran += new.evaluated * scenarios
-            rate = ran / (time.perf_counter() - started)
-            left = (most - new.number - 1) * new.evaluated * scenarios / rate
-            bar.update(
-                task,
-                completed=new.number + 1,
-                description=f"generation {new.number + 1}/{most}  best {best:.4g} m2 s  "
-                f"stable {100 * new.stable_share:.0f} %  {rate:.0f} simulations/s  "
-                f"at most {timedelta(seconds=round(left))} left",
-            )
-
-        yield show
 
 
 def carry_out(

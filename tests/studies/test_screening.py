@@ -17,8 +17,9 @@ from studies.screening.report import ScreeningResult, median_to_target, verdict
 from studies.screening.screening import Course, ScreeningConfig, row
 from studies.tuning.distributions import TABLE_1
 from studies.tuning.genetic import Generation, Search
-from studies.tuning.problem import Tuning, distribution_for, problem_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
 from studies.tuning.screened_draws import NearRest, Screened, Tally, screened
+from studies.tuning.tuning import Tuning
 
 HELD_LEAST = 0.9  # share of screened draws that hold in the simulation; measured: all of 50
 HELD_PLAIN = 0.2  # of the plain ones; measured: 0.01

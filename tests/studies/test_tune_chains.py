@@ -13,7 +13,8 @@ from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.robot import Robot
 from studies.main import main
 from studies.tuning.individuals import ControllerDesign
-from studies.tuning.problem import Tuning, problem_of
+from studies.tuning.problem import problem_of
+from studies.tuning.tuning import Tuning
 
 HELD = np.array(  # a tuned set for the circle, as a tuner draws it
     [8660.0, 0.06911, 1.235, 0.0297, 0.141, 103.7, 0.4938, 1.107, -0.07112, 0.1552]
