@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,11 +31,16 @@ from flexsim.numerics.jit import jit
 from flexsim.numerics.noise import MASK, SEED_MOST, normal
 from flexsim.numerics.types import Array
 
+COUNTS_MOST = 2**53  # per turn: a double's own digits, beyond any encoder
 DELAY_MOST = 100  # samples, a tenth of a second at 1 kHz; the linear loop has two states for each
 
 
 def _whole(number: object) -> bool:
     return isinstance(number, int | np.integer) and not isinstance(number, bool)
+
+
+def _real(number: object) -> bool:
+    return isinstance(number, Real) and not isinstance(number, bool)
 
 
 @dataclass(frozen=True)
@@ -65,19 +71,24 @@ class Hardware:
             raise ParameterError(
                 f"hardware delay is {self.delay}; give a whole number of samples, 0 to {DELAY_MOST}"
             )
-        if np.shape(self.torque_limit) != (2,) or not all(each > 0 for each in self.torque_limit):
+        if np.shape(self.torque_limit) != (2,) or not all(
+            _real(each) and each > 0 for each in self.torque_limit
+        ):
             raise ParameterError(
                 f"hardware torque limit is {self.torque_limit}; give two numbers above 0 [N m], "
                 "inf for none"
             )
-        if not _whole(self.counts) or self.counts < 0:
+        if not _whole(self.counts) or not 0 <= self.counts <= COUNTS_MOST:
             raise ParameterError(
-                f"hardware counts are {self.counts}; give a whole number per turn, 0 for exact"
+                f"hardware counts are {self.counts}; give a whole number per turn, 0 for exact, up "
+                f"to {COUNTS_MOST:.1e}"
             )
-        if not 0 <= self.noise_v < math.inf:
-            raise ParameterError(f"hardware noise is {self.noise_v} m; give 0 or more")
-        if not 0 <= self.lag < math.inf:
-            raise ParameterError(f"hardware lag is {self.lag} s; give 0 or more")
+        if not _real(self.noise_v) or not 0 <= self.noise_v < math.inf:
+            raise ParameterError(
+                f"hardware noise is {self.noise_v} m; give a finite number, 0 or more"
+            )
+        if not _real(self.lag) or not 0 <= self.lag < math.inf:
+            raise ParameterError(f"hardware lag is {self.lag} s; give a finite number, 0 or more")
         if not _whole(self.seed) or not 0 <= self.seed <= SEED_MOST:
             raise ParameterError(f"seed of the noise is {self.seed}; give 0 to {SEED_MOST}")
 

@@ -67,8 +67,10 @@ def setting(name: str, hardware: Hardware = IDEAL) -> Setting:
     """Return the named setting, with this hardware.
 
     Raises:
-        ParameterError: there is none of that name.
+        ParameterError: there is none of that name, or the hardware is none.
     """
+    if not isinstance(hardware, Hardware):
+        raise ParameterError(f"hardware is {hardware!r}; give a Hardware, as HARDWARE['bench']")
     if name in FORMERLY:
         raise ParameterError(f"setting {name!r} is called {FORMERLY[name]!r} now")
     if name not in SETTINGS:

@@ -13,6 +13,7 @@ chain's equations, compiled), `untuned` and `rod`, with a size after a colon whe
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 
 from flexsim.arm.beam import MODES, beta_lengths
@@ -65,8 +66,12 @@ class Robot:
     modal_damping: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.modal_damping, tuple | list):
+            raise ParameterError(
+                f"modal damping is {self.modal_damping!r}; give a ratio for each mode, in a tuple"
+            )
         for value in self.modal_damping:
-            if not 0 <= value < 1:  # so that a nan is caught
+            if not (isinstance(value, Real) and 0 <= value < 1):  # so that a nan is caught
                 raise ParameterError(
                     f"modal damping has the ratio {value!r}; give fractions from 0, below 1"
                 )

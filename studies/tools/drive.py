@@ -154,3 +154,5 @@ def command(config: DriveConfig) -> None:
         )
         for note in notes:
             print(f"Note: {note}")
+        if not config.built.ideal:
+            print(f"Hardware: {config.built.words()}.")

@@ -181,6 +181,8 @@ def test_named_hardware() -> None:
         "0.1 mm rms of noise on v (seed 0)"
     )
     assert Hardware(lag=1e-3).words() == "motor lag of 1 ms" and IDEAL.words() == "ideal"
+    with pytest.raises(ParameterError, match=r"hardware is 'bench'; give a Hardware"):
+        setting("jump", "bench")  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match=r"'desk' is unknown; choose one of ideal, bench"):
         named("desk")
 
@@ -196,6 +198,10 @@ def test_named_hardware() -> None:
         ({"torque_limit": (1.0,)}, "torque limit is .*two"),
         ({"counts": -1}, "counts are -1"),
         ({"counts": 8.5}, "counts are 8.5.*whole"),
+        ({"counts": 10**400}, "counts are 1000.*up to 9.0e"),
+        ({"torque_limit": ("ten", "five")}, "torque limit is .*ten"),
+        ({"noise_v": "1e-4"}, "noise is 1e-4 m; give a finite number"),
+        ({"lag": None}, "lag is None s; give a finite number"),
         ({"noise_v": -1e-3}, "noise is -0.001 m"),
         ({"noise_v": math.inf}, "noise is inf"),
         ({"lag": -1.0}, "lag is -1.0 s"),

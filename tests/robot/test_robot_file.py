@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -186,3 +187,9 @@ def test_a_chain_takes_steps_as_short_as_a_robots_may_be() -> None:
     """Its file is read back with the limit by which the step was chosen."""
     chain = Robot(Parameters(zeta=0.49, EI=50.0)).chain_plant()
     assert SHORTEST_STEP <= chain.step < 1e-6
+
+
+@pytest.mark.parametrize("given", [0.1, "0.1", ("a", "b", "c"), (0.1, None, 0.1)])
+def test_modal_damping_that_is_no_ratios_is_refused(given: Any) -> None:
+    with pytest.raises(ParameterError, match=r"modal damping (is|has)"):
+        Robot(modal_damping=given)

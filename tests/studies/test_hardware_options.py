@@ -96,3 +96,15 @@ def test_bad_hardware_is_one_line_and_leaves_nothing(
     error = capsys.readouterr().err
     assert named in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_drive_says_its_hardware_in_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "tau.csv").write_text(TORQUE)
+    words = ["drive", "--plant", "assumed-modes", "--torque", str(tmp_path / "tau.csv")]
+    said = []
+    for name, more in (("ideal", []), ("late", ["--hardware-delay", "1"])):
+        assert main([*words, "--out", str(tmp_path / name), *more]) == 0
+        said.append(capsys.readouterr().out)
+    assert "Hardware" not in said[0] and "Hardware: delay of 1 sample.\n" in said[1]
