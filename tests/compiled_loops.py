@@ -37,6 +37,7 @@ def _open(plant: str) -> None:
 
 JOBS: tuple[tuple[Callable[[str], None], str], ...] = (  # the longest first
     (_closed, "printed"),
+    (_closed, "closed-chain"),
     (_open, "printed"),
     (_closed, "assumed-modes"),
     (_closed, "rod"),
@@ -44,6 +45,7 @@ JOBS: tuple[tuple[Callable[[str], None], str], ...] = (  # the longest first
     (_open, "assumed-modes"),
     (_open, "chain"),
     (_open, "rod"),
+    (_open, "closed-chain"),
 )
 
 

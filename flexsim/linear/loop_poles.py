@@ -194,7 +194,8 @@ def spectral_radii(
     """Return the spectral radius (P,) of every controller's loop, the largest over the poses.
 
     Below 1 the loop is stable near rest at all these poses. Made for screening: a loop takes
-    a third of a millisecond, against 15 to 150 for a simulated trajectory.
+    a third of a millisecond, against 2 (assumed modes) to 50 (MuJoCo's chain) for a simulated
+    trajectory of 5 s.
 
     Args:
         plant: either. theta2: one pose or several [rad].

