@@ -20,6 +20,7 @@ from flexsim.linear.loop_poles import LinearLoop
 from flexsim.numerics.types import Array
 
 CROSSED = 1e-6  # relative: what a crossing must come down to, else it is a jump through a pole
+AT_ONCE = 2**20  # numbers of the matrices solved together: 16 MB, whatever delay the loop has
 LOWEST = 1e-2  # [rad/s] start of the frequency grid
 SHARP = 0.5  # modulus in z beyond which a pole gets its own part of the grid
 
@@ -69,7 +70,8 @@ def margins(loop: LinearLoop, joint: int, points: int = 800) -> Margins:
         return float(np.log(abs(complex(response(angle)))))
 
     grid = _angles(loop, A, points)
-    L = response(grid)
+    rows = max(1, AT_ONCE // A.size)
+    L = np.concatenate([response(grid[k : k + rows]) for k in range(0, len(grid), rows)])
     real = [complex(response(w)).real for w in _crossings(grid, L.imag / np.abs(L), tilt)]
     factors = np.array([-1 / x for x in [*real, complex(response(np.pi)).real] if x < 0])
     unit = _crossings(grid, np.log(np.abs(L)), level)

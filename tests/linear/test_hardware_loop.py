@@ -1,5 +1,7 @@
 """Delay and lag in the linear loop: against the simulation, in other forms, known facts."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from studies.stability.simulated import simulated_growth
 PERIOD, POSE = 1e-3, 1.5
 NAMES = tuple(TUNED)
 SIMULATED = 1e-6  # relative to the rate, or to 1/s: what a tiny nonlinear motion shows of it
+MEMORY = 150e6  # bytes: matrices of 2^20 complex numbers, a few times
 SAME = 1e-9  # the same matrix in another form
 BUILT = {
     "delay": Hardware(delay=1),
@@ -78,6 +81,17 @@ def test_margins_see_the_delay(modes_plant: AssumedModesPlant) -> None:
             linear_loop(modes_plant, POSE, stack([quiet], PERIOD), LoopOptions(PERIOD)), joint
         )
         assert ideal.gain_high != pytest.approx(found.gain_high, rel=0.01)
+
+
+def test_margins_of_a_long_delay_need_little_memory(modes_plant: AssumedModesPlant) -> None:
+    """A delay of 100 samples has 200 states: all frequencies at once would be gigabytes."""
+    built = LoopOptions(PERIOD, hardware=Hardware(delay=20))
+    loop = linear_loop(modes_plant, POSE, stack([TUNED["circle"]], PERIOD), built)
+    tracemalloc.start()
+    margins(loop, 0)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < MEMORY
 
 
 def test_a_lag_held_in_steps_converges_on_the_exact_one(modes_plant: AssumedModesPlant) -> None:
