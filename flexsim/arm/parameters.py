@@ -20,6 +20,10 @@ PRINTED_BETA_L = (1.8751, 4.6941, 7.8548)  # (28)-(30), five digits; the plants 
 PRINTED_I_b = 99e-4  # (23) [kg m2], two digits; the plants use rho((r+L)^3 - r^3)/3
 
 FIRST_ROOT = 1.8751040687119611  # beta_1 L, (28) in full; `flexsim.arm.beam` computes all roots
+# zeta, by default 1e-3, ranges from 1e-4 to 3e-4 for iron in bending (half the loss factors of
+# Cremer and Heckl, Structure-Borne Sound, 1988) over less than 1e-2 for metals to 3e-2 to 7e-2 for
+# metal structures with joints (Adams and Askenazi, Building Better Products with Finite Element
+# Analysis, 1999); a strip of steel in a clamp lies towards the low end. The paper's has none
 SMALLEST, LARGEST = 1e-30, 1e30  # SI: beyond, products and powers of them leave doubles
 
 
@@ -54,10 +58,6 @@ class Parameters:
     I_m2: float = _number(0.0, "kg m2", "(38)", "inertia of motor 2, at the joint", assumed=True)
     r_1: float = _number(1.0, "-", "(36)", "transmission relation of joint 1", assumed=True)
     r_2: float = _number(1.0, "-", "(37)", "transmission relation of joint 2", assumed=True)
-    # range: 1e-4 to 3e-4 for iron in bending (half the loss factors of Cremer and Heckl,
-    # Structure-Borne Sound, 1988), below 1e-2 for metals, 3e-2 to 7e-2 for metal structures with
-    # joints (Adams and Askenazi, Building Better Products with Finite Element Analysis, 1999); a
-    # strip of steel in a clamp lies towards the low end. The paper's beam has none: 0
     zeta: float = _number(
         1e-3, "-", "structural", "damping ratio of the clamped beam's mode 1, without payload", True
     )
@@ -115,6 +115,14 @@ class Parameters:
     def static_compliance(self) -> float:
         """Tip deflection of the clamped beam per unit tip force [m/N]."""
         return self.L**3 / (3 * self.EI)
+
+
+# what `describe` says, so that the options --robot.* say it too
+Parameters.__doc__ = f"{Parameters.__doc__}\n    Attributes:\n" + "".join(
+    f"        {item.name}: {item.metadata['meaning']} [{item.metadata['unit']}]"
+    f"{', assumed' if item.metadata['assumed'] else ''}.\n"
+    for item in fields(Parameters)
+)
 
 
 def paper() -> Parameters:

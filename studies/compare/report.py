@@ -19,7 +19,9 @@ from studies.core.table import Column, Table, value
 OURS, TABLE_2, TRUE_TIP = "ours", "Table 2", "true tip"  # groups of cases
 TITLES = {OURS: "Our controllers", TABLE_2: "The paper's Table 2"}
 MEDIANS = "Medians over runs whose gains differ in their fourth digits; quartiles in results.csv."
-EFFORT = "Torques: rms of each, total variation of both [N m]; growth of v in the hold [1/s]"
+EFFORT = (
+    "Commanded torques: rms of each, total variation of both [N m]; growth of v in the hold [1/s]"
+)
 COARSE = 0.1  # [m] from which on no decimals are shown
 
 

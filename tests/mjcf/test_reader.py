@@ -253,6 +253,7 @@ def test_what_is_within_the_limits_compiles_at_once(tmp_path: Path) -> None:
     """So that MuJoCo's compiler, which no signal ends, is never long; measured: 0.3 s."""
     many = f'<replicate count="{ELEMENTS - 200}" offset="0 0 1"><geom size="0.01"/></replicate>'
     text = edited(chain("<worldbody>", f"<worldbody>{many}"), "<asset>", "<asset>" + PICTURES)
+    load_arm(text=CHAIN)  # what numba compiles of the checks is compiled
     start = time.perf_counter()
     arm = load_arm(text=text)
     assert time.perf_counter() - start < QUICK
@@ -281,7 +282,7 @@ def test_a_signal_ends_a_command_while_it_reads_a_large_file(
         "def often(*a, **k):\n"
         "    print('reading', flush=True)\n"
         "    while True: load.load_arm('arm.xml')\n"
-        "import flexsim.robot; flexsim.robot.load_arm = often\n"
+        "import flexsim.robot.robot as robot; robot.load_arm = often\n"
         "sys.exit(studies.main.main(['modes', 'arm.xml']))\n"
     )
     with process([sys.executable, "-c", code], cwd=tmp_path) as reading:
