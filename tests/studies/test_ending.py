@@ -102,7 +102,7 @@ def test_ended_where_exceptions_are_ignored(number: signal.Signals) -> None:
 
 def test_a_population_in_compiled_threads_is_ended(tmp_path: Path) -> None:
     """A generation that takes minutes holds the main thread all the while."""
-    words = ("tune", "--plant", "chain", "--population", "5000", "--out", tmp_path / "run")
+    words = ("tune", "--plant", "rod", "--population", "5000", "--out", tmp_path / "run")
     with flexsim(*words, "--setting", "none") as tuning:
         wait_for(lambda: cpu_seconds(tuning.pid) > 4.0, tuning)
         sent = time.monotonic()
