@@ -217,6 +217,9 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
         its = getattr(record.tuning, name)
         if isinstance(value, Parameters) and value != its:
             name, value, its = first_difference(value, its)
+        elif its is None and name.startswith("hardware_"):  # a number of the named hardware's own
+            named = dataclasses.replace(record.tuning, **{name: value})
+            value, its = named.built.words(), record.tuning.built.words()
         if value != its:
             raise ParameterError(
                 f"--{name.replace('_', '-')} {value} contradicts {folder}, which has {its}; "

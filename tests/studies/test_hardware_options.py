@@ -66,6 +66,12 @@ def test_a_tuning_keeps_its_hardware_and_refuses_another(
     assert main(["tune", "--resume", str(out), "--hardware", "ideal"]) == 2
     error = capsys.readouterr().err
     assert "--hardware ideal contradicts" in error and error.count("\n") == 1
+    assert (
+        main(["tune", "--resume", str(out), "--hardware-counts", "8192", "--json"]) == 0
+    )  # bench's
+    capsys.readouterr()
+    assert main(["tune", "--resume", str(out), "--hardware-counts", "100"]) == 2
+    assert "None" not in (error := capsys.readouterr().err) and "8192" in error
     other = tmp_path / "other"
     again = ["tune", *small.split(), *limits, "--threads", "1", "--out", str(other), "--json"]
     assert main(again) == 0
