@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flexsim.linear.loop_poles import LoopOptions, small_signal
 from flexsim.loop.friction import Friction
@@ -16,6 +17,7 @@ from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 
+QUANTUM = 1e-6  # [1/s] of growth that is ranked: LAPACK's rounding is far below
 SLACK = 0.05  # [1/s] growth that a loop called stable may have: an undamped beam hardly decays
 
 
@@ -23,6 +25,15 @@ def growth_rates(radii: Array, period: float) -> Array:
     """Return growth rates [1/s] of spectral radii, -inf at a radius of 0."""
     with np.errstate(divide="ignore"):
         return np.log(radii) / period
+
+
+def quantised(growth: ArrayLike) -> Array:
+    """Return growth rates [1/s] as whole multiples of QUANTUM, before anything is ranked by them.
+
+    So the last digits of an eigenvalue, which differ between processors, decide nothing, unless a
+    rate lies on the edge between two multiples. What is not finite stays.
+    """
+    return np.asarray(np.round(np.asarray(growth, dtype=float) / QUANTUM) * QUANTUM)
 
 
 def extreme_poses(ref: Reference) -> list[float]:

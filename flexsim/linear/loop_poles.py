@@ -209,12 +209,18 @@ def spectral_radii(
     """
     worst = np.zeros(len(controllers.b))
     for pose in np.atleast_1d(np.asarray(theta2, dtype=float)):
-        sampled = sampled_plant(plant, float(pose), options)
-        for start in range(0, len(worst), CHUNK):
-            part = slice(start, start + CHUNK)
-            poles = np.linalg.eigvals(closed_loop_matrices(sampled, controllers.chosen(part)))
-            worst[part] = np.maximum(worst[part], np.abs(poles).max(axis=1))
+        worst = np.maximum(worst, radii_of(sampled_plant(plant, float(pose), options), controllers))
     return worst
+
+
+def radii_of(sampled: SampledPlant, controllers: Controllers) -> Array:
+    """Return the spectral radius (P,) of every controller's loop around one sampled plant."""
+    radii = np.zeros(len(controllers.b))
+    for start in range(0, len(radii), CHUNK):
+        part = slice(start, start + CHUNK)
+        poles = np.linalg.eigvals(closed_loop_matrices(sampled, controllers.chosen(part)))
+        radii[part] = np.abs(poles).max(axis=1)
+    return radii
 
 
 @dataclass(frozen=True, eq=False)
