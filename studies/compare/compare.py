@@ -37,8 +37,8 @@ from flexsim.shaping.true_tip import shaped_reference
 from studies.compare import report
 from studies.compare.rows import CompareRow, Comparison
 from studies.core.carry_out import Study, ticker
+from studies.core.evidence.repeats import medians, perturbed
 from studies.core.paper import CASES, FIGURE_OF, PLANTS, paper_envelopes
-from studies.core.repeats import medians, perturbed
 from studies.core.study_options import LoopOptions, Out, Perturbations
 
 RECORDED_EVERY = 5  # samples; 200 Hz shows the third mode

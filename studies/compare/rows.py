@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from flexsim.recording.case import Case
 from flexsim.robot import Robot
+from studies.core.evidence.repeats import Medians
 from studies.core.paper import case_name
-from studies.core.repeats import Medians
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 from studies.core.carry_out import Study, ticker
-from studies.core.repeats import perturbed
+from studies.core.evidence.repeats import perturbed
 from studies.core.study_options import Out, StudyOptions, ThreadOptions
 from studies.core.timing import least_cost
 from studies.ladder.figures import figures

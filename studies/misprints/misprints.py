@@ -33,7 +33,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.printed import AS_PRINTED, MISPRINTS, printed_mass, printed_modes
 from flexsim.robot import Robot
 from studies.core.carry_out import Study, counted
-from studies.core.repeats import perturbed
+from studies.core.evidence.repeats import perturbed
 from studies.core.study_options import ModelOptions, Out, Perturbations, SeedOptions, StudyOptions
 from studies.misprints import report
 from studies.parity.motions import AMPLITUDES, BRISK, GENTLE, POSE, trial_torque

@@ -27,7 +27,7 @@ from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
-from studies.core.repeats import perturbed
+from studies.core.evidence.repeats import perturbed
 from studies.core.study_options import LoopOptions, Out, Perturbations
 from studies.realisations import report
 from studies.realisations.response import ORDERS, ResponseRow, response_row, sample_cost

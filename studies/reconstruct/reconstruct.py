@@ -29,8 +29,8 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
+from studies.core.evidence.repeats import perturbed
 from studies.core.paper import PAPER_ENVELOPES
-from studies.core.repeats import perturbed
 from studies.core.study_options import LoopOptions, Out, Perturbations
 from studies.reconstruct import report
 from studies.reconstruct.variants import QUICK, Variant, variants

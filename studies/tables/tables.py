@@ -24,8 +24,8 @@ from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study
+from studies.core.evidence.repeats import PERTURBATION, medians
 from studies.core.paper import CASES, PLANTS, paper_envelopes
-from studies.core.repeats import PERTURBATION, medians
 from studies.core.study_options import LoopOptions, Out, Perturbations, Population, SettingName
 from studies.tables.figures import figures
 from studies.tables.report import files, tables, verdict

@@ -28,7 +28,7 @@ from studies.compare.compare import (
 )
 from studies.compare.report import group_verdict, tables, true_tip_rows
 from studies.compare.rows import CompareRow, Comparison
-from studies.core.repeats import PERTURBATION, Medians, medians, perturbed
+from studies.core.evidence.repeats import PERTURBATION, medians, perturbed
 from studies.main import main
 
 pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
@@ -41,7 +41,6 @@ PLANTS = ("assumed-modes", "chain")
 SPREAD = 0.1  # relative: of a standard deviation over 1200 draws, five times its own
 FEW = CompareConfig(perturbations=2)
 DEFLECTION = 0.25  # [m] the loop stops a run whose v is half the beam's length
-MEDIAN_DIGITS = 1e-15  # relative: of the mean of two numbers
 
 
 @pytest.fixture
@@ -199,34 +198,6 @@ def _gains_of(joint: Any) -> dict[str, float]:
     return {name: getattr(joint, name) for name in ("k1", "k2", "k3")}
 
 
-def outcome(envelope: float | None, diverged_at: float | None = None) -> dict[str, Any]:
-    shared = dict.fromkeys(("max_error", "rms_error", "max_v", "residual_v", "index"), envelope)
-    return shared | {
-        "envelope": envelope,
-        "diverged": diverged_at is not None,
-        "diverged_at": diverged_at,
-    }
-
-
-def test_summary_of_known_runs() -> None:
-    found = medians([outcome(0.01 * k) for k in (4, 1, 2, 5, 3)])
-    assert found.envelope == found.max_v == 0.03
-    assert (found.envelope_quartile_1, found.envelope_quartile_3) == (0.02, 0.04)
-    assert (found.runs, found.diverged, found.diverged_share) == (5, False, 0.0)
-    assert found.diverged_at is None
-
-
-def test_a_diverged_run_is_never_a_success() -> None:
-    """It takes no part in the medians, and the case says that it happened, and when first."""
-    found = medians([outcome(0.01), outcome(None, 1.5), outcome(0.03), outcome(None, 0.5)])
-    assert found.envelope == pytest.approx(0.02, rel=MEDIAN_DIGITS)
-    assert found.diverged is True
-    assert (found.diverged_share, found.diverged_at) == (0.5, 0.5)
-    lost = medians([outcome(None, 0.25)])
-    assert lost.envelope is lost.envelope_quartile_1 is lost.max_v is None
-    assert lost.diverged_share == 1.0
-
-
 @pytest.mark.parametrize("plant", [0, 1])
 def test_an_unstable_controller_is_reported_as_diverged(
     plant: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -246,7 +217,7 @@ def test_an_unstable_controller_is_reported_as_diverged(
 
 def made(plant: str, envelope: float | None, shape: str) -> CompareRow:
     diverged = envelope is None
-    found = Medians(envelope, *[None] * 7, 1, diverged, float(diverged), None)
+    found = medians([{"envelope": envelope, "diverged": diverged, "diverged_at": 1.0}])
     names = (f"tuned {shape}", shape, plant, "simulink", "ours", "mirrored tip")
     return CompareRow(*names, found, None, None, 0.0)
 

@@ -17,9 +17,9 @@ from flexsim.loop.trajectories import Trajectory, reference
 from flexsim.recording.case import Case
 from studies.compare.figures import case_figure, summary_figure
 from studies.compare.rows import CompareRow
+from studies.core.evidence.repeats import medians
 from studies.core.figures import STYLES, save
 from studies.core.paper import paper_envelopes
-from studies.core.repeats import Medians
 
 WIDTH = 1600  # [pixel]
 CURVE_PIXELS = 300  # a curve across half a figure colours at least this many
@@ -35,7 +35,7 @@ def summary_rows() -> list[CompareRow]:
     return [
         CompareRow(
             *(controllers, "line", plant, "opposing", "ours", "mirrored tip"),
-            Medians(envelope, *[None] * 7, 1, envelope is None, float(envelope is None), None),
+            medians([{"envelope": envelope, "diverged": envelope is None, "diverged_at": 1.0}]),
             *(None, None, 0.0),
         )
         for controllers, plant, envelope in (

@@ -1,0 +1,162 @@
+"""Intervals: of a median by order statistics, of a share by Wilson, of a ratio by bootstrap.
+
+>>> median_interval([4.9, 5.0, 5.1, 5.2, 5.3, 5.4])
+(4.9, 5.4)
+>>> share_interval(0, 20)
+(0.0, 0.161...)
+>>> ratio_interval(chain, modes, seed=1)      # of medians of paired runs
+
+A run that diverged is `inf` in a sample: larger than any that did not. So order statistics keep
+their meaning as long as the rank that is asked for is a run's that ended; beyond, they are `inf`.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from flexsim.errors import ParameterError
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+LEVEL = 0.95  # probability with which an interval has the true value in it
+LEAST_RUNS = 6  # the median of fewer lies outside of all of them with more than 1 - LEVEL
+RESAMPLES = 4999  # of which the 125th and the 4875th are the ends of 95 %, without interpolation
+BATCH = 500  # resamples at a time: 4 MB with 1,000 runs
+
+
+def _sample(values: ArrayLike) -> Array:
+    """Return a sample (n,), n at least 1, none of it nan.
+
+    Raises:
+        ParameterError: it is not.
+    """
+    found = np.asarray(values, dtype=float)
+    if found.ndim != 1 or not found.size or np.isnan(found).any():
+        raise ParameterError(
+            f"a sample has shape {found.shape}; give one number or more in a row, inf for a run "
+            "that diverged, and no nan"
+        )
+    return found
+
+
+def quantile(values: ArrayLike, share: float = 0.5) -> float:
+    """Return a quantile, between two runs by interpolation; inf where one of them diverged.
+
+    Args:
+        values: (n,), inf where diverged. share: of the runs below it.
+    """
+    sample = np.sort(_sample(values))
+    place = share * (sample.size - 1)
+    above = sample[math.ceil(place)]
+    if math.isinf(above):
+        return float(above)
+    known = sample[np.isfinite(sample)]
+    padded = np.append(known, np.full(sample.size - known.size, known[-1]))
+    return float(np.percentile(padded, 100 * share))
+
+
+def quantile_interval(
+    values: ArrayLike, share: float = 0.5, level: float = LEVEL
+) -> Interval | None:
+    """Return two order statistics between which a quantile lies; None if the runs are too few.
+
+    Whatever the distribution, at least `level` of such intervals have the true quantile in them:
+    the number of runs below it is binomial. An end is inf where that run diverged.
+
+    Args:
+        values: (n,), inf where diverged. share: of the runs below the quantile.
+    """
+    sample = _sample(values)
+    ends = stats.quantile_test(sample, p=share).confidence_interval(confidence_level=level)
+    low, high = float(ends.low), float(ends.high)
+    return None if math.isnan(low) or math.isnan(high) else (low, high)
+
+
+def median_interval(values: ArrayLike, level: float = LEVEL) -> Interval | None:
+    """Return the interval of a median; see `quantile_interval`."""
+    return quantile_interval(values, 0.5, level)
+
+
+def share_interval(count: int, runs: int, level: float = LEVEL) -> Interval:
+    """Return Wilson's interval of a share, count of runs.
+
+    Raises:
+        ParameterError: count is not from 0 to runs, or there are no runs.
+    """
+    if not 0 <= count <= runs or runs < 1:
+        raise ParameterError(f"{count} of {runs} is no share; give a count from 0 to the runs")
+    ends = stats.binomtest(int(count), int(runs)).proportion_ci(level, method="wilson")
+    return float(ends.low), float(ends.high)
+
+
+def ratio_interval(
+    first: ArrayLike, second: ArrayLike, seed: int, paired: bool = True, level: float = LEVEL
+) -> Interval | None:
+    """Return the interval of median(first) / median(second); see `_bootstrap`."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _bootstrap(np.divide, first, second, seed, paired, level)
+
+
+def difference_interval(
+    first: ArrayLike, second: ArrayLike, seed: int, paired: bool = True, level: float = LEVEL
+) -> Interval | None:
+    """Return the interval of median(first) - median(second); see `_bootstrap`."""
+    with np.errstate(invalid="ignore"):
+        return _bootstrap(np.subtract, first, second, seed, paired, level)
+
+
+def _bootstrap(
+    of: Callable[[Array, Array], Array],
+    first: ArrayLike,
+    second: ArrayLike,
+    seed: int,
+    paired: bool,
+    level: float,
+) -> Interval | None:
+    """Return a percentile bootstrap of two samples' medians; None for too few runs, or no end.
+
+    An end is infinite where resamples' medians diverged.
+
+    Args:
+        of: what is made of the two medians.
+        first, second: (n,), (m,), inf where diverged; n = m where paired.
+        seed: of the resampling. paired: whether runs i of both belong together, and stay so.
+
+    Raises:
+        ParameterError: paired samples of different lengths.
+    """
+    one, other = _sample(first), _sample(second)
+    if paired and one.size != other.size:
+        raise ParameterError(
+            f"paired samples have {one.size} and {other.size} runs; give as many of both"
+        )
+    if min(one.size, other.size) < LEAST_RUNS:
+        return None
+
+    def statistic(x: Array, y: Array, axis: int = -1) -> Array:
+        return of(np.median(x, axis=axis), np.median(y, axis=axis))
+
+    with warnings.catch_warnings():  # an interval of its own, which we do not use, may have no end
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+        drawn = stats.bootstrap(
+            (one, other),
+            statistic,
+            n_resamples=RESAMPLES,
+            batch=BATCH,
+            vectorized=True,
+            paired=paired,
+            method="percentile",
+            rng=np.random.default_rng(seed),
+        ).bootstrap_distribution
+    beyond = round((1 - level) / 2 * (RESAMPLES + 1))
+    unknown = np.isnan(drawn)  # both medians diverged: it may be anything
+    low = float(np.sort(np.where(unknown, -math.inf, drawn))[beyond - 1])
+    high = float(np.sort(np.where(unknown, math.inf, drawn))[-beyond])
+    return None if math.isinf(low) and math.isinf(high) else (low, high)
