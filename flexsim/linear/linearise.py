@@ -74,6 +74,24 @@ def zero_order_hold(linear: LinearPlant, period: float, lag: float = 0.0) -> tup
     return _split(expm(X * period), n)
 
 
+def split_hold(
+    linear: LinearPlant, period: float, before: float, lag: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Return (Ad, B_old, B_new) where a period begins with the commands of one sample ago.
+
+    The modified z-transform: the old command is held for `before`, the new one for the rest.
+
+    Args:
+        period: [s]. before: above 0, below the period [s]. lag: as in `zero_order_hold`.
+
+    Returns:
+        (n, n), (n, 2), (n, 2); n + 2 with a lag.
+    """
+    A1, B1 = zero_order_hold(linear, before, lag)
+    A2, B2 = zero_order_hold(linear, period - before, lag)
+    return A2 @ A1, A2 @ B1, B2
+
+
 def stepped_hold(
     linear: LinearPlant,
     period: float,

@@ -1,6 +1,7 @@
 """How far is a loop from instability? Gain and phase margins of one joint, the other closed.
 
     >>> margins(linear_loop(plant, 1.2, stack([controller], period=1e-3)), joint=0).gain_high
+    >>> common_gains(loop)                       # factors of both joints' gains at once
 
 The beam is hardly damped, so every resonance passes |L| = 1 and the smallest phase margin is small
 for any controller; it is the gain margins that say which torque gains (friction!) a loop can take.
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from flexsim.errors import ParameterError
-from flexsim.linear.loop_poles import LinearLoop
+from flexsim.linear.loop_poles import LinearLoop, wanted_torques
 from flexsim.numerics.types import Array
 
 CROSSED = 1e-6  # relative: what a crossing must come down to, else it is a jump through a pole
@@ -82,6 +83,47 @@ def margins(loop: LinearLoop, joint: int, points: int = 800) -> Margins:
         gain_high=float(np.min(factors[factors > 1], initial=np.inf)),
         phase=float(lags[nearest]) if unit else np.pi,
         omega_phase=unit[nearest] / loop.sampled.period if unit else np.nan,
+    )
+
+
+def common_gains(loop: LinearLoop, points: int = 800) -> tuple[float, float]:
+    """Return the factors of both joints' loop gains nearest to 1, below and above, at which a pole
+    lies on the unit circle; 0 and inf where there is none.
+
+    There det(1 + k L) = 0 with a real k, and so one of the eigenvalues of L (2, 2) is -1/k. They
+    are followed by size; so is their product, which does not care if they change places.
+
+    Args:
+        loop: closed loop. points: as of `margins`.
+    """
+    back = -wanted_torques(loop.sampled, loop.controllers)[0]  # (2, n + c)
+    into = np.pad(loop.sampled.B, ((0, back.shape[1] - len(loop.sampled.B)), (0, 0)))
+    A = loop.matrix + into @ back
+    one = np.eye(len(A))
+
+    def gains(angle: ArrayLike) -> NDArray[np.complex128]:
+        z = np.exp(1j * np.asarray(angle, dtype=float))[..., None, None]
+        inner = np.linalg.solve(z * one - A, np.broadcast_to(into, (*z.shape[:-2], *into.shape)))
+        found = np.linalg.eigvals(back @ inner)
+        return np.take_along_axis(found, np.argsort(np.abs(found), axis=-1), axis=-1)
+
+    def tilts(angle: ArrayLike) -> Array:
+        found = gains(angle)
+        each = found.imag / np.abs(found)
+        return np.concatenate([each, np.prod(each, axis=-1, keepdims=True)], axis=-1)
+
+    grid = _angles(loop, A, points)
+    rows = max(1, AT_ONCE // A.size)
+    values = np.concatenate([tilts(grid[k : k + rows]) for k in range(0, len(grid), rows)])
+    crossed = [np.pi]
+    for i in range(3):
+        crossed += _crossings(grid, values[:, i], lambda w, i=i: float(tilts(w)[i]))  # type: ignore[misc]
+    at = gains(np.array(crossed)).ravel()
+    real = at[np.abs(at.imag) < CROSSED * np.abs(at)].real
+    factors = -1 / real[real < 0]
+    return (
+        float(np.max(factors[factors < 1], initial=0.0)),
+        float(np.min(factors[factors > 1], initial=np.inf)),
     )
 
 
