@@ -1,0 +1,118 @@
+"""Holding: bounded, quiet and without growth, each of which alone can fail."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controllers import TUNED, textbook_pid
+from flexsim import Parameters
+from flexsim.arm.parameters import paper
+from flexsim.loop.control.stacking import stack
+from flexsim.loop.hardware import HARDWARE, Hardware
+from flexsim.loop.runs import closed_loop
+from flexsim.loop.settings import setting
+from flexsim.loop.trajectories import reference, trajectory
+from flexsim.robot import Robot
+from studies.core.evidence.holding import HOLD, MOST, WINDOW, Holding, holding
+
+PERIOD = 1e-3
+LINE = trajectory("line")
+PD = (textbook_pid(50.0, 0.0, 8.0, PERIOD), textbook_pid(1.0, 0.0, 0.1, PERIOD))
+
+
+def of(
+    controller: object,
+    robot: Robot,
+    name: str = "none",
+    built: Hardware = HARDWARE["ideal"],
+    hold: float = HOLD,
+) -> Holding:
+    chosen = setting(name, built)
+    return holding(robot.modes_plant(chosen), chosen, LINE, controller, PERIOD, robot, hold)
+
+
+def test_a_damped_loop_holds_and_an_undamped_one_does_not() -> None:
+    """Three modes at 1 ms never show the growth of mode 5; the exact loop does."""
+    damped, undamped = (of(TUNED["line"], Robot(each)) for each in (Parameters(), paper()))
+    assert damped.holds and damped.why_not == ""
+    assert damped.v_ratio is not None and damped.v_ratio < 1
+    assert damped.growth < 0 < damped.growth_undamped
+    assert undamped.bounded and undamped.quiet and not undamped.holds
+    assert undamped.growth == undamped.growth_undamped
+    assert undamped.why_not == "the exact loop grows at 1.5 1/s"
+    assert undamped.delay_margin == 0.0 and undamped.gain_margin == 1.0
+
+
+def test_a_loop_that_diverges_does_not_hold() -> None:
+    found = of(TUNED["line"], Robot(), "simulink", HARDWARE["bench"])
+    assert not found.bounded and not found.holds and found.v_ratio is None
+    assert found.diverged_at is not None and 0 < found.diverged_at < 24
+    assert "diverged at" in found.why_not and "grows at 49" in found.why_not
+
+
+def test_v_is_compared_over_the_last_two_windows() -> None:
+    plant, chosen = Robot().modes_plant(), setting("none")
+    path = reference(replace(LINE, hold=HOLD), plant.parameters, PERIOD)
+    (motion,) = closed_loop(plant, chosen, path, [TUNED["line"]])
+    last, before = (
+        np.sqrt(np.mean(motion.v[start:stop] ** 2))
+        for start, stop in ((-round(WINDOW / PERIOD), None), (-round(2 * WINDOW / PERIOD), -5000))
+    )
+    found = of(TUNED["line"], Robot())
+    assert found.v_ratio == pytest.approx(last / before, rel=1e-3)
+    slowest = math.exp(found.growth * WINDOW)  # the mirrored tip's own swing is what is left
+    assert found.v_ratio == pytest.approx(slowest, rel=0.01)
+
+
+def test_growth_shows_in_v_where_the_plant_has_the_mode() -> None:
+    """C2 beyond its gain margin by 2 %: it grows at 0.76 1/s and is lost at 24 s."""
+    pair = TUNED["line"].filters(PERIOD)
+    robot = Robot()
+    base = of(TUNED["line"], robot)
+    louder = ((pair[0][0], pair[0][1]), (1.02 * base.gain_margin * pair[1][0], pair[1][1]))
+    found = of(louder, robot)
+    assert found.grows and not found.holds
+    chosen = setting("none")
+    plant = robot.modes_plant(chosen, modes=5, step=PERIOD / 4)
+    lost = holding(plant, chosen, LINE, louder, PERIOD, robot)
+    assert lost.diverged_at is not None and 22 < lost.diverged_at < 24
+    seen = holding(plant, chosen, LINE, louder, PERIOD, robot, hold=17.5)
+    assert seen.bounded and not seen.quiet
+    assert seen.v_ratio is not None and seen.v_ratio > MOST
+    assert seen.growth == lost.growth == found.growth > 0
+    assert f"v grew to {seen.v_ratio:.2g} times" in seen.why_not
+
+
+def test_the_settings_slope_counts() -> None:
+    """At the friction's slope of 0.2585 joint 1 has a quarter of its gain, joint 2 1.0231 times."""
+    found = of(PD, Robot(), "simulink")
+    plain = of(PD, Robot())
+    assert found.growth == plain.growth == plain.growth_friction != found.growth_friction
+    margin = of(TUNED["line"], Robot()).gain_margin
+    pair = TUNED["line"].filters(PERIOD)
+    near = ((pair[0][0], pair[0][1]), (margin / 1.01 * pair[1][0], pair[1][1]))
+    close = of(near, Robot(), "simulink", hold=2.0)
+    assert close.growth <= 0 < close.growth_friction and not close.holds
+
+
+def test_hardware_counts() -> None:
+    late = of(PD, Robot(), built=Hardware(delay=2))
+    plain = of(PD, Robot())
+    assert late.delay_margin == pytest.approx(plain.delay_margin - 2 * PERIOD, abs=1e-6)
+    noisy = of(PD, Robot(), built=Hardware(noise_v=1e-4))
+    assert noisy.v_ratio == pytest.approx(1.0, abs=0.1)
+    assert noisy.holds and noisy.growth == plain.growth
+
+
+def test_where_nothing_moves_rounding_does_not_decide() -> None:
+    found = of(PD, Robot())
+    assert found.v_ratio is None and found.holds  # it decays at 2 1/s: 1e-18 m after 20 s
+
+
+def test_the_margin_is_the_linear_loops() -> None:
+    found = of(PD, Robot())
+    assert len(stack([PD], PERIOD).b) == 1
+    assert 3e-3 < found.delay_margin < 5e-3
+    assert found.gain_margin_low < 1 < found.gain_margin
