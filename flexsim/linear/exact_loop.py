@@ -40,7 +40,7 @@ def exact_plant(parameters: Parameters, modes: int = EXACT_MODES) -> AssumedMode
     Raises:
         ParameterError: the number of modes is out of range.
     """
-    return AssumedModesPlant(parameters, modes, SHORTEST_STEP, name=f"exact:{modes}")
+    return AssumedModesPlant(parameters, modes, SHORTEST_STEP, name="exact")
 
 
 @lru_cache(maxsize=256)

@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib import colormaps
@@ -17,7 +16,9 @@ from matplotlib.figure import Figure
 
 from studies.core.figures import DPI
 from studies.core.table import Column, Table
+from studies.stability.loops import EXACT
 from studies.stability.maps import StabilityMap
+from studies.stability.rows import LoopRow, StabilityResult
 
 RATE_SHOWN = 100.0  # [1/s] end of the colours
 LEAST_SHOWN = 1e-3  # [1/s] start of the colours where the slack is less
@@ -25,90 +26,50 @@ STABLE_COLOUR = "#7fbf9f"
 MAP_WIDTH = 12.0  # [in]
 
 
-@dataclass(frozen=True)
-class LoopRow:
-    """One loop at one pose: rates in 1/s, angles in rad.
-
-    Attributes:
-        growth_simulated: None where no law of friction has both a torque gain and damping.
-        margins: of both joints; of a loop that is not stable they are where it would next cross
-            the unit circle. poles: moduli and frequencies [rad/s] of the largest.
-    """
-
-    plant: str
-    controllers: str
-    theta2: float
-    hold: str
-    stable: bool
-    spectral_radius: float
-    growth_exact: float
-    growth_stepped: float
-    growth_simulated: float | None
-    margins: Mapping[str, float]
-    poles: Mapping[str, float]
-
-    @property
-    def loop(self) -> str:
-        """Plant and controllers in short."""
-        return f"{self.plant.removeprefix('assumed-')}: {self.controllers}"
+def _growth(row: LoopRow) -> str:
+    return f"{row.growth:+.2g}" + "!" * (not row.stable)
 
 
-@dataclass(frozen=True)
-class DrawsRow:
-    """How many random draws hold, what each costs, and whether a simulation agrees."""
-
-    plant: str
-    theta2: float
-    draws: int
-    stable_share: float
-    seconds_per_draw: float
-    compared: int
-    agreement: float
-
-
-@dataclass(frozen=True, eq=False)
-class StabilityResult:
-    """Rows of the table, maps, rows of random draws; the growth called stable [1/s]."""
-
-    rows: list[LoopRow]
-    maps: list[StabilityMap]
-    draws: list[DrawsRow]
-    slack: float
-
-
-def _growth(hold: str) -> Column:
-    """Return the column of a hold's growth, marked where it is the one that counts."""
-
-    def text(row: LoopRow) -> str:
-        mark = "!" if row.hold == hold and not row.stable else ""
-        return f"{getattr(row, f'growth_{hold}'):+.2g}{mark}"
-
-    return Column(f"growth_{hold}", "growth" if hold == "stepped" else hold, form=text)
-
-
-def _gains(joint: int) -> Column:
-    """Return the column of a joint's gain margins."""
+def _gains(joint: str) -> Column:
+    """Return the column of the gain margins of a joint, or of both."""
 
     def text(row: LoopRow) -> str:
         low, high = (row.margins[f"gain_{end}_{joint}"] for end in ("low", "high"))
-        return f"{low:.1g}-{high:.2g}"
+        return f"{low:.1g}-{high:.{2 if high < 100 else 3}g}"
 
-    return Column("margins", f"gain {joint}", form=text)
+    return Column("margins", joint if joint == "both" else f"gain {joint}", form=text)
 
 
 COLUMNS = (
     Column("loop", "plant: loop"),
     Column("theta2", form=".2f"),
-    _growth("stepped"),
-    Column("growth_simulated", "simulated", form="+.2g"),
-    _growth("exact"),
-    _gains(1),
-    _gains(2),
+    Column("growth", form=_growth),
+    Column("growth_simulated", "seen", form="+.2g"),
+    Column("growth_undamped", "zeta 0", form="+.2g"),
+    Column("fastest_hz", "Hz", form=".3g"),
+    Column("delay_margin", "delay", form=".2f", scale=1e3, missing="20+"),
+    _gains("1"),
+    _gains("2"),
+    _gains("both"),
 )
 NOTE = """\
-Growth of the slowest-decaying motion [1/s] as stepped, ! above the slack; as
-the nonlinear simulation shows it; without the steps' damping. Gains: factors of
-the loop gain of a joint at which a pole crosses the unit circle."""
+Growth of the slowest-decaying motion [1/s], ! above the slack: of the exact
+beam, of the others as stepped; as the nonlinear simulation shows it; without
+damping in the beam; that motion's frequency. Extra delay that is borne [ms];
+factors of joint 1's, joint 2's and both gains at which a pole crosses the
+unit circle."""
+ZEROS = (
+    Column("controllers"),
+    Column("factor", "gain", "times", ".3g"),
+    Column("growth", "growth", "1/s", "+.3g"),
+    Column("pole_hz", "pole", "Hz", ".3f"),
+    Column("pole_decay", "decays", "1/s", ".4f"),
+    Column("apart", "from zero", "1/s", ".3f"),
+    Column("seen", "error", "of v", ".3f"),
+)
+ZEROS_NOTE = """\
+The nearest pole, its distance from the zero, and the second error in its
+motion over v/(r+L). What no controller of these two errors moves is the zero."""
 DRAWS = (
     Column("plant"),
     Column("draws", form="d"),
@@ -120,24 +81,53 @@ DRAWS = (
 
 
 def tables(result: StabilityResult) -> list[Table]:
-    """Return loops and random draws."""
+    """Return loops, poles beside the zero, and random draws."""
     return [
         Table(result.rows, COLUMNS, note=NOTE, key="rows", file="results.csv", tight=True),
+        Table(result.zeros, ZEROS, _zero(result), ZEROS_NOTE, "zeros", "zeros.csv"),
         Table(result.draws, DRAWS, "\nRandom draws of Table 1", key="screens", file="screens.csv"),
     ]
 
 
-def verdict(result: StabilityResult) -> str:
-    """Return in words how many loops hold near rest, and on which joint the least is to spare."""
-    held = sum(row.stable for row in result.rows)
-    spare = {
-        joint: min(row.margins[f"gain_high_{joint}"] for row in result.rows) for joint in (1, 2)
-    }
-    tight = min(spare, key=lambda joint: spare[joint])
+def _zero(result: StabilityResult) -> str:
+    """Return the title of the poles' table."""
+    if not result.zeros:
+        return ""
+    zero = result.zeros[0]
     return (
-        f"{held} of {len(result.rows)} loops grow by no more than {result.slack:g} 1/s; the least "
-        f"gain margin is {spare[tight]:.2g}, of joint {tight}."
+        f"\nThe mirrored tip's zero on the exact beam, at any pose: {zero.zero_hz:.3f} Hz, decays "
+        f"at\n{zero.zero_decay:.4f} 1/s"
     )
+
+
+def verdict(result: StabilityResult) -> str:
+    """Return in words how many loops grow near rest, and what the least is that they bear."""
+    exact = [row for row in result.rows if row.plant == EXACT]
+    said = []
+    if exact:
+        held = sum(row.growth <= 0 for row in exact)
+        free = sum(row.growth_undamped <= 0 for row in exact)
+        said.append(
+            f"Of the exact beam {held} of {len(exact)} loops do not grow, {free} without damping."
+        )
+    if stepped := [row for row in result.rows if row.plant != EXACT]:
+        held = sum(row.stable for row in stepped)
+        said.append(
+            f"As stepped, {held} of {len(stepped)} loops grow by no more than {result.slack:g} 1/s."
+        )
+    tight = min(result.rows, key=lambda row: row.gain_margin)
+    late = min(row.delay_margin for row in result.rows)
+    ways = {way: tight.margins[f"gain_high_{way}"] for way in ("1", "2", "both")}
+    if tight.growth > 0:
+        said.append(f"{tight.loop} grows and has no margin.")
+    else:
+        least = min(ways, key=lambda way: ways[way])
+        whose = "both joints" if least == "both" else f"joint {least}"
+        said.append(
+            f"The least gain margin is {tight.gain_margin:.3g}, of {whose}; the least delay margin "
+            f"{1e3 * late:.3g} ms."
+        )
+    return " ".join(said)
 
 
 def figures(result: StabilityResult) -> Iterator[tuple[str, Figure]]:

@@ -1,11 +1,13 @@
 """Which gains hold near rest, and by what margin? Poles, margins and maps from linear models.
 
     >>> result = run(StabilityConfig(quick=True))
-    >>> result.rows[0]["spectral_radius"], result.rows[0]["gain_high_1"]
+    >>> result.rows[0].growth, result.rows[0].delay_margin, result.rows[0].gain_margin
 
-The analytical method that the paper leaves to future work: both plants linearised about poses with
-the beam straight, the loop closed exactly as in the simulation, no simulation needed. Every row is
-held against the nonlinear simulation of a tiny initial error all the same.
+The analytical method that the paper leaves to future work: the exact beam (EXACT_MODES modes under
+exact hold) and both plants as they are stepped, linearised about poses with the beam straight, the
+loop closed exactly as in the simulation, no simulation needed. Every row of what is stepped is
+held against the nonlinear simulation of a tiny initial error all the same. Beside them the zero
+that no controller of the two errors can move, and the poles that high gain drives there.
 """
 
 from __future__ import annotations
@@ -21,32 +23,35 @@ from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller
 from flexsim.errors import ParameterError
+from flexsim.linear.exact_loop import exact_plant
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
-from flexsim.linear.loop_poles import HOLDS, LinearLoop, LoopOptions, linear_loop, spectral_radii
-from flexsim.linear.margins import margins
+from flexsim.linear.loop_poles import LoopOptions, spectral_radii
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
-from flexsim.robot import plant_kind
+from flexsim.robot import Robot, plant_kind
 from studies.core.carry_out import Study, ticker
 from studies.core.paper import PLANTS
 from studies.core.study_options import ModelOptions, Out, SeedOptions, StudyOptions
 from studies.stability import report
+from studies.stability.loops import EXACT, held, loop_row
 from studies.stability.maps import draw, stability_map
-from studies.stability.simulated import simulated_growth, simulated_rates
+from studies.stability.rows import DrawsRow, StabilityResult
+from studies.stability.simulated import simulated_rates
+from studies.stability.zeros import zero_rows
 
 COMPARED = 200  # draws that are also simulated
 SIMULATED = 1500  # samples
-POLES_SHOWN = 4
+SEVERAL = {"all": (EXACT, *PLANTS), "both": PLANTS}
 
 
 @dataclass(frozen=True)
 class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     """Poles, margins and regions of stability near rest, without simulating."""
 
-    QUICK: ClassVar = {"map_points": 11}
+    QUICK: ClassVar = {"map_points": 11, "zero_draws": 0}
 
     out: Out = Path("runs/stability")
     quick: bool = False
@@ -55,9 +60,9 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     """Poses: smallest, middle, largest theta2 of line, two-loop or circle; circle unless given."""
     theta2: tuple[float, ...] = ()
     """Poses instead of the trajectory's [rad]."""
-    plant: str = "both"
-    """both, or one of rigid, assumed-modes[:n], printed[:n], chain[:N],
-    closed-chain[:N], untuned[:N]."""
+    plant: str = "all"
+    """all: exact (12 modes, exact hold), assumed-modes and chain; both: the latter two; or one of
+    exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N]."""
     controllers: tuple[str, ...] = tuple(TUNED)
     """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"
@@ -66,13 +71,15 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     torque_gain: tuple[float, float] | None = None
     """Effective over commanded torque of both joints; the setting's own unless given."""
     hold: str = "stepped"
-    """How a period is gone through: stepped (as in the simulation) or exact."""
+    """How plants but the exact go through a period: stepped (as in the simulation) or exact."""
     slack: float = SLACK
     """Growth that a loop called stable may have [1/s]; a beam without damping decays no faster."""
     map_points: int = 31
     """Points along each side of the maps over (k, nu); 0 leaves them out."""
     screen: int = 0
     """Random draws from Table 1 to screen, on the middle pose."""
+    zero_draws: int = 2000
+    """Random draws from Table 1 of which the first stable ones are shown beside the zero."""
 
 
 def controller(name: str) -> Controller:
@@ -89,8 +96,8 @@ def controller(name: str) -> Controller:
 
 def _check(config: StabilityConfig) -> None:
     """Raise a ParameterError for an option that cannot be used."""
-    if config.plant != "both":
-        plant_kind(config.plant)  # refuses what is none
+    if config.plant not in SEVERAL and config.plant != EXACT:
+        _known(config.plant)
     if config.theta2 and config.trajectory:
         raise ParameterError("--theta2 and --trajectory contradict each other; give one of them")
     if not all(map(math.isfinite, config.theta2)):
@@ -99,15 +106,43 @@ def _check(config: StabilityConfig) -> None:
         raise ParameterError(f"torque gain is {config.torque_gain}; give finite ones above 0")
     if not 0 <= config.slack < math.inf:
         raise ParameterError(f"slack is {config.slack} 1/s; give 0 or more")
-    if config.map_points < 0 or config.map_points == 1 or config.screen < 0:
-        raise ParameterError("map points must be 0 or at least 2, and screen 0 or more")
+    if config.map_points < 0 or config.map_points == 1:
+        raise ParameterError(f"map points are {config.map_points}; give 0 or at least 2")
+    for name in ("screen", "zero_draws"):
+        if (count := getattr(config, name)) < 0:
+            raise ParameterError(f"--{name.replace('_', '-')} is {count}; give 0 or more")
 
 
-def plants_of(config: StabilityConfig) -> list[Plant]:
+def _known(name: str) -> None:
+    """Refuse a plant's name that is none."""
+    try:
+        plant_kind(name)
+    except ParameterError as error:
+        raise ParameterError(f"{error}; or all, both or {EXACT}") from None
+
+
+def plants_of(config: StabilityConfig, robot: Robot) -> list[Plant]:
     """Return the plants asked for, with the setting's motors."""
-    names = PLANTS if config.plant == "both" else (config.plant,)
-    robot, motors = config.robot_of(), setting(config.setting)
-    return [robot.plant(name, motors, config.modes, config.segments) for name in names]
+    names = SEVERAL.get(config.plant, (config.plant,))
+    motors = setting(config.setting)
+    return [
+        exact_plant(motors.applied(robot.parameters))
+        if name == EXACT
+        else robot.plant(name, motors, config.modes, config.segments)
+        for name in names
+    ]
+
+
+def undamped_plants(config: StabilityConfig) -> list[Plant]:
+    """Return the same plants without damping in the beam; of a file, without any."""
+    robot = config.robot_of()
+    if robot.given is None:
+        return plants_of(config, Robot(replace(robot.parameters, zeta=0.0)))
+    motors = setting(config.setting).applied(replace(robot.parameters, zeta=0.0))
+    return [
+        exact_plant(motors) if plant.name == EXACT else plant.undamped()
+        for plant in plants_of(config, robot)
+    ]
 
 
 def poses_of(config: StabilityConfig) -> list[float]:
@@ -128,7 +163,7 @@ def options_of(config: StabilityConfig) -> LoopOptions:
     return loop_options(friction, PERIOD, config.hold, config.torque_gain, config.built)
 
 
-def run(config: StabilityConfig, progress: Progress | None = None) -> report.StabilityResult:
+def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityResult:
     """Return poles, margins, maps and screenings.
 
     Raises:
@@ -137,55 +172,35 @@ def run(config: StabilityConfig, progress: Progress | None = None) -> report.Sta
     config = config.asked()
     _check(config)
     devised = [controller(name) for name in config.controllers]
-    plants, poses, options = plants_of(config), poses_of(config), options_of(config)
+    robot = config.robot_of()
+    plants, poses, options = plants_of(config, robot), poses_of(config), options_of(config)
     joints = (0, 1) if config.map_points else ()
     steps = len(plants) * len(devised) * (len(poses) + len(joints))
     advance = ticker(progress, "stability", steps)
-    result = report.StabilityResult([], [], [], config.slack)
+    result = StabilityResult([], [], [], [], config.slack, robot.parameters.zeta)
     middle = poses[len(poses) // 2]
-    for plant in plants:
+    for plant, undamped in zip(plants, undamped_plants(config), strict=True):
+        own = held(plant, options)
         for each in devised:
             for pose in poses:
-                result.rows.append(row(plant, each, pose, options, config.slack))
+                result.rows.append(loop_row(plant, undamped, each, pose, options, config.slack))
                 advance()
             for joint in joints:
-                found = stability_map(plant, each, joint, middle, options, config.map_points)
-                result.maps.append(found)
+                result.maps.append(
+                    stability_map(plant, each, joint, middle, own, config.map_points)
+                )
                 advance()
-        if config.screen:
+        if config.screen and plant.name != EXACT:
             result.draws.append(draws_row(plant, middle, options, config))
+    parameters = setting(config.setting).applied(robot.parameters)
+    shown = (parameters, middle, devised, options, config.zero_draws, config.seed)
+    result.zeros.extend(zero_rows(*shown))
     return result
-
-
-def row(
-    plant: Plant, devised: Controller, theta2: float, options: LoopOptions, slack: float
-) -> report.LoopRow:
-    """Return one line of the table: poles, margins, and the growth that a simulation shows."""
-    stacked = stack([devised], options.period)
-    loops = {h: linear_loop(plant, theta2, stacked, replace(options, hold=h)) for h in HOLDS}
-    loop = loops[options.hold]
-    return report.LoopRow(
-        plant=plant.name,
-        controllers=devised.name,
-        theta2=theta2,
-        hold=options.hold,
-        stable=loop.growth_rate <= slack,
-        spectral_radius=loop.spectral_radius,
-        growth_exact=loops["exact"].growth_rate,
-        growth_stepped=loops["stepped"].growth_rate,
-        growth_simulated=simulated_growth(plant, loops["stepped"], options),
-        margins={
-            f"{name}_{joint + 1}": getattr(margins(loop, joint), name)
-            for joint in (0, 1)
-            for name in ("gain_low", "gain_high", "phase", "omega_phase")
-        },
-        poles=_poles(loop),
-    )
 
 
 def draws_row(
     plant: Plant, theta2: float, options: LoopOptions, config: StabilityConfig
-) -> report.DrawsRow:
+) -> DrawsRow:
     """Return the share of random draws that is stable, what a draw costs, and a simulation's view.
 
     The simulation knows nothing of the linear model: stable is where its errors do not grow.
@@ -197,7 +212,7 @@ def draws_row(
     part = slice(0, min(config.screen, COMPARED))
     rates = simulated_rates(plant, theta2, drawn.chosen(part), options, SIMULATED)
     agree = (growth[part] <= config.slack) == (rates <= config.slack)
-    return report.DrawsRow(
+    return DrawsRow(
         plant=plant.name,
         theta2=theta2,
         draws=config.screen,
@@ -206,16 +221,6 @@ def draws_row(
         compared=len(agree),
         agreement=float(np.mean(agree)),
     )
-
-
-def _poles(loop: LinearLoop) -> dict[str, float]:
-    """Return moduli and frequencies [rad/s] of the largest poles, conjugates once."""
-    upper = loop.poles[loop.poles.imag >= 0][:POLES_SHOWN]
-    found = {}
-    for i, pole in enumerate(upper, start=1):
-        found[f"pole_{i}_modulus"] = float(np.abs(pole))
-        found[f"pole_{i}_omega"] = float(np.angle(pole)) / loop.sampled.period
-    return found
 
 
 command = Study(run, report.tables, report.verdict, report.figures)

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from scipy.signal import lfilter
 from trial_controllers import TRIAL
 
 from controllers import Gains, fractional_pid, textbook_pid
-from flexsim import ParameterError
+from flexsim import ParameterError, Parameters
 from flexsim.linear.linearise import linearise
 from flexsim.linear.loop_poles import (
     LinearLoop,
@@ -34,6 +36,7 @@ from studies.main import main
 from studies.stability.maps import growth_rates, stability_map
 from studies.stability.simulated import simulated_errors, simulated_growth, simulated_rates
 from studies.stability.stability import StabilityConfig, run
+from studies.stability.zeros import zero_rows
 
 PERIOD = 1e-3  # [s]
 POSE = 1.2  # [rad]
@@ -223,11 +226,61 @@ def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant
 
 def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun]) -> None:
     run = quick("stability")
-    assert [row["plant"] for row in run.content["rows"]] == ["assumed-modes", "chain"]
-    assert run.figures == {"stable_assumed-modes.png", "stable_chain.png"}
-    assert run.files == {"config.json", "figures", "results.csv", "screens.csv"}
+    assert [row["plant"] for row in run.content["rows"]] == ["exact", "assumed-modes", "chain"]
+    names = ("exact", "assumed-modes", "chain")
+    assert run.figures == {f"stable_{name}.png" for name in names}
+    assert run.files == {"config.json", "figures", "results.csv", "screens.csv", "zeros.csv"}
     assert [each["draws"] for each in run.content["screens"]] == [20, 20]
+    assert "Of the exact beam 1 of 1 loops do not grow, 0 without damping." in run.text
     assert "2 of 2 loops grow by no more than 0.05 1/s" in run.text
+
+
+def test_rows_say_what_a_loop_bears(quick: Callable[[str], QuickRun]) -> None:
+    exact, modes, chain = quick("stability").content["rows"]
+    for row in (exact, modes, chain):
+        assert row["growth"] == pytest.approx(-0.0121, abs=1e-4)
+        assert row["fastest_hz"] == pytest.approx(2.227, abs=1e-3)
+        assert row["delay_margin"] == pytest.approx(1.1e-4, rel=0.1)
+        highs = [row[f"gain_high_{way}"] for way in ("1", "2", "both")]
+        assert row["gain_margin"] == min(highs) == pytest.approx(1.32, abs=0.05)
+        assert row["gain_margin_low"] == 0
+    assert exact["growth_undamped"] == pytest.approx(1.5, abs=0.1)
+    assert exact["growth_stepped"] is None and exact["growth_simulated"] is None
+    assert modes["growth_undamped"] < 0 and chain["growth_undamped"] < 0  # their steps damp it
+
+
+def test_the_slow_pole_is_drawn_to_the_mirrored_tips_zero(
+    quick: Callable[[str], QuickRun],
+) -> None:
+    rows = quick("stability").content["zeros"]
+    ours = [row for row in rows if row["controllers"] == "line"]
+    assert [row["factor"] for row in ours] == [0.3, 1.0, 3.0]
+    for below, above in pairwise(ours):
+        ratio = above["factor"] / below["factor"]
+        for item in ("apart", "seen"):  # both as the gain's inverse
+            assert below[item] / above[item] == pytest.approx(ratio, rel=0.05)
+    assert all(row["zero_hz"] == pytest.approx(2.25517, abs=1e-5) for row in rows)
+    little = next(row for row in rows if row["controllers"].startswith("PD"))
+    assert little["apart"] > 1 and little["pole_decay"] > 100 * little["zero_decay"]
+    assert "2.255 Hz" in quick("stability").text
+
+
+def test_draws_of_table_1_have_their_pole_there() -> None:
+    found = zero_rows(Parameters(), POSE, [], LoopOptions(), 500, 1)
+    draws = [row for row in found if row.controllers.startswith("draw")]
+    assert draws
+    for row in draws:
+        assert row.growth <= 0 and row.apart < 0.5 and row.seen < 0.15
+        assert row.pole_hz == pytest.approx(row.zero_hz, rel=0.05)
+
+
+def test_both_are_the_stepped_ones() -> None:
+    config = StabilityConfig(plant="both", theta2=(POSE,), controllers=("line",), map_points=0)
+    found = run(replace(config, zero_draws=0))
+    assert [row.plant for row in found.rows] == ["assumed-modes", "chain"]
+    exact = run(replace(config, plant="exact", zero_draws=0, hardware="bench")).rows[0]
+    assert exact.growth > 40 and exact.delay_margin == 0 and exact.gain_margin == 1
+    assert not exact.stable and exact.hold == "exact"
 
 
 @pytest.mark.parametrize("setting_name", ["simulink", "jump", "opposing", "reconstructed"])
@@ -235,8 +288,8 @@ def test_every_setting_can_be_asked_for(setting_name: str) -> None:
     config = StabilityConfig(
         setting=setting_name, plant="assumed-modes", theta2=(POSE,), controllers=("figure-5",)
     )
-    row = run(StabilityConfig(**{**vars(config), "map_points": 0})).rows[0]
-    assert math.isfinite(row.growth_stepped)
+    row = run(replace(config, map_points=0, zero_draws=0)).rows[0]
+    assert row.growth_stepped is not None and math.isfinite(row.growth_stepped)
     assert row.growth_simulated == pytest.approx(row.growth_stepped, rel=GROWTH)
 
 
@@ -249,6 +302,9 @@ def test_every_setting_can_be_asked_for(setting_name: str) -> None:
         ("--setting wet", "wet"),
         ("--hold euler", "euler"),
         ("--map-points 1", "map points"),
+        ("--zero-draws -1", "zero-draws"),
+        ("--screen -1", "screen"),
+        ("--plant exact:5", "exact"),
         ("--slack -1", "slack"),
         ("--theta2 nan", "theta2"),
         ("--theta2 1 --trajectory circle", "contradict"),
