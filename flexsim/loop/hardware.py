@@ -139,6 +139,7 @@ class Hardware:
 IDEAL = Hardware()
 HARDWARE = {
     "ideal": IDEAL,
+    "delayed": Hardware(delay=1),  # ideal but for one sample of computing delay
     "bench": Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4),  # *assumed*
 }
 

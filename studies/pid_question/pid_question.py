@@ -126,7 +126,7 @@ def first_generations(
     scores = evaluate_all(np.vstack(populations))
     parts = (np.split(each, len(seeds)) for each in scores)
     return [
-        Generation(0, population, (INITIAL,) * size, indices, diverged)
+        Generation(0, population, (INITIAL,) * size, indices, diverged, np.zeros(size))
         for population, indices, diverged in zip(populations, *parts, strict=True)
     ]
 

@@ -95,7 +95,7 @@ class Found:
         best, search = self.search.best_parameters, self.search
         parameters = [None] * len(NAMES) if best is None else best.tolist()
         return ControllerRow(
-            tuned_on=self.tuning.plant,
+            tuned_on=self.tuning.plants[0],
             tuned_for=self.tuning.trajectory,
             index=None if best is None else search.best_index,
             generations=len(search.generations),
@@ -143,7 +143,7 @@ def tuned_all(
     found, before = [], 0
     for tuning in chosen:
         if progress:
-            progress.update(bar, description=f"{tuning.trajectory} on {tuning.plant}")
+            progress.update(bar, description=f"{tuning.trajectory} on {tuning.plants[0]}")
 
         def show(new: Generation, before: int = before, step: int = cost(tuning)) -> None:
             if progress:
@@ -163,7 +163,7 @@ def run_row(
 ) -> RunRow:
     """Return the row of one controller on one plant and trajectory."""
     plant, chosen = scenario
-    names = (each.tuning.plant, each.tuning.trajectory, plant.name, shape)
+    names = (each.tuning.plants[0], each.tuning.trajectory, plant.name, shape)
     filters = each.filters(config.perturbations)
     if not filters:
         return RunRow(*names, None, None, None, None, None, None, diverged=True, diverged_at=None)

@@ -183,7 +183,26 @@ LOG_UNIFORM = TABLE_1.with_draws(
 )
 """Table 1's orders with gains drawn evenly in their logarithms, wide enough for integer PIDs."""
 
-DISTRIBUTIONS: Mapping[str, Distribution] = {"table-1": TABLE_1, "log-uniform": LOG_UNIFORM}
+WIDE = Distribution(
+    tuple(
+        draw
+        for gain in (1e3, 1e2)  # of either joint
+        for draw in (
+            Draw("log-uniform", (gain / 10, gain * 10)),
+            Draw("uniform", (-0.5, 1.0)),
+            _normal(0.0, gain / 2),
+            Draw("uniform", (-1.0, 1.5)),
+            _normal(0.0, gain / 2),
+        )
+    )
+)
+"""Ours, *assumed*: all three terms of a joint of one size, orders from -1 to 1.5."""
+
+DISTRIBUTIONS: Mapping[str, Distribution] = {
+    "table-1": TABLE_1,
+    "log-uniform": LOG_UNIFORM,
+    "wide": WIDE,
+}
 
 
 def draw_of(name: str, given: Any) -> Draw:

@@ -34,11 +34,14 @@ class Scores(NamedTuple):
     """What evaluating K individuals gives.
 
     Attributes:
-        indices: (K,) to be made small, inf where diverged. diverged: (K,) time [s], nan where none.
+        indices: (K,) to be made small, inf where diverged or rejected.
+        diverged: (K,) time [s], nan where none.
+        growth: (K,) what those rejected unseen have too much of, 0 where not [1/s].
     """
 
     indices: Array
     diverged: Array
+    growth: Array
 
 
 Evaluate = Callable[[Array], Scores]
@@ -83,7 +86,7 @@ class Generation:
 
     Attributes:
         number: from 0. population: (P, N). origins: (P,) how each individual came about.
-        indices, diverged: (P,) as in `Scores`.
+        indices, diverged, growth: (P,) as in `Scores`.
     """
 
     number: int
@@ -91,6 +94,7 @@ class Generation:
     origins: tuple[str, ...]
     indices: Array
     diverged: Array
+    growth: Array
 
     @property
     def evaluated(self) -> int:
@@ -158,9 +162,13 @@ def generation_rng(seed: int, number: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
 
 
-def ranking(indices: Array) -> NDArray[np.intp]:
-    """Return the order from best to worst; what diverged comes last, ties in order (*assumed*)."""
-    return np.argsort(np.where(np.isnan(indices), np.inf, indices), kind="stable")
+def ranking(indices: Array, growth: Array | None = None) -> NDArray[np.intp]:
+    """Return the order from best to worst; what diverged comes last, ties in order (*assumed*).
+
+    Those rejected come after these, what grows least first.
+    """
+    rejected = np.zeros(len(indices)) if growth is None else growth
+    return np.lexsort((np.where(np.isnan(indices), np.inf, indices), rejected))
 
 
 def offspring_counts(eliminated: int) -> tuple[int, int, int]:
@@ -238,7 +246,7 @@ def next_generation(
 ) -> Generation:
     """Return the generation after `last`, evaluated but for the survivors; five to eight."""
     number = last.number + 1
-    kept = ranking(last.indices)[:survivors]
+    kept = ranking(last.indices, last.growth)[:survivors]
     children, origins = breed(
         last.population[kept],
         len(last.population) - survivors,
@@ -252,6 +260,7 @@ def next_generation(
         (SURVIVOR,) * survivors + origins,
         np.concatenate([last.indices[kept], scores.indices]),
         np.concatenate([last.diverged[kept], scores.diverged]),
+        np.concatenate([last.growth[kept], scores.growth]),
     )
 
 
@@ -262,11 +271,12 @@ def check_recorded(recorded: Sequence[Generation], survivors: int) -> None:
         RunError: one does not.
     """
     for last, new in itertools.pairwise(recorded):
-        kept = ranking(last.indices)[:survivors]
+        kept = ranking(last.indices, last.growth)[:survivors]
         for before, after in (
             (last.population, new.population),
             (last.indices, new.indices),
             (last.diverged, new.diverged),
+            (last.growth, new.growth),
         ):
             if not np.array_equal(before[kept], after[:survivors], equal_nan=True):
                 raise RunError(

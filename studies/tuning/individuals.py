@@ -30,12 +30,18 @@ from studies.tuning.distributions import NAMES
 
 Filters = tuple[Filter, Filter]
 
+GAIN_MOST = 1e100  # of a filter's coefficients; the loop's matrix would overflow not far beyond
 CONTROLLERS = ("fractional", "pid")
 TEXTBOOK = "textbook"
 MS_PER_S = 1000.0
 TERMS_MOST = 5000  # a run has no more samples that an operator could look back upon
 DERIVATIVE_PAIRS = ((0, 1), (2, 3), (5, 6), (7, 8))  # positions of a gain and its order
 SI_NAMES = tuple(f"{NAMES[k]}_si" for k, _ in DERIVATIVE_PAIRS)  # of the gains that change
+
+
+def moderate(pair: Filters) -> bool:
+    """Return whether a linear loop can be made of two filters without overflow."""
+    return all(np.abs(b).max() <= GAIN_MOST for b, _ in pair)
 
 
 def in_si(parameters: Array) -> Array:

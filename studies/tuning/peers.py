@@ -29,6 +29,7 @@ from studies.tuning.genetic import (
 
 NORMAL_SPAN = 3.0  # standard deviations that bound differential evolution; CMA-ES has no bounds
 PENALTY = 1e6  # index of the diverged: both want finite numbers, and compare them only
+GROWTH_MOST = 1e6  # [1/s] in the index of the rejected
 NEVER = -1.0  # spread of indices at which differential evolution stops before its budget is used
 START_SPREAD = 0.3  # of CMA-ES around the individual it starts at, in standard deviations
 LEAST_POPULATION = 5  # of differential evolution in scipy
@@ -58,7 +59,10 @@ class Ledger:
         self.generations: list[Generation] = []
 
     def __call__(self, coordinates: Array) -> Array:
-        """Return the indices (K,) of individuals at coordinates (K, F), PENALTY if diverged."""
+        """Return the indices (K,) of individuals at coordinates (K, F).
+
+        PENALTY where diverged, more where rejected, the more the faster their loops grow.
+        """
         number = len(self.generations)
         population = self._distribution.parameters(coordinates)
         if number < len(self._recorded):
@@ -71,7 +75,8 @@ class Ledger:
         self.generations.append(generation)
         if number >= len(self._recorded) and self._on_generation:
             self._on_generation(generation)
-        return np.where(np.isfinite(generation.indices), generation.indices, PENALTY)
+        rejected = PENALTY * (1 + np.minimum(generation.growth, GROWTH_MOST))
+        return np.where(np.isfinite(generation.indices), generation.indices, rejected)
 
 
 def peer_generations(settings: GeneticSettings) -> int:
@@ -89,8 +94,8 @@ def run_cma(
 ) -> Search:
     """Return a search by CMA-ES from the best of a random population, again when converged.
 
-    Random populations are drawn until one individual holds: among nothing but diverged ones there
-    is no direction to follow.
+    Random populations are drawn until one individual holds, or growth tells the rejected apart:
+    among nothing but diverged ones there is no direction to follow.
 
     Args: as `studies.tuning.genetic.run_genetic`.
     """
@@ -109,7 +114,7 @@ def run_cma(
         if strategy is None or strategy.stop():
             drawn = distribution.coordinates(rng, settings.population)
             indices = ledger(drawn)
-            if indices.min() < PENALTY:
+            if indices.min() < PENALTY or indices.max() > PENALTY:
                 best = drawn[np.argmin(indices)]
                 strategy = cma.CMAEvolutionStrategy(best, START_SPREAD, options)
             continue

@@ -12,15 +12,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.linear.exact_loop import NO_FRICTION, exact_growth, exact_loops
+from flexsim.linear.growth import quantised
+from flexsim.linear.loop_poles import SampledPlant, small_signal
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import Friction
+from flexsim.loop.hardware import Hardware
+from flexsim.loop.measuring import VARIATION, yardstick
 from flexsim.loop.metrics import WEIGHTS
-from flexsim.loop.runs import evaluate, loop_of
+from flexsim.loop.runs import evaluate, loop_of, measure
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.mjcf.reading.names import Names
@@ -28,7 +34,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import in_closed_form
 from flexsim.robot import Robot
-from studies.core.paper import PLANTS
+from studies.core.evidence.holding import MOST, v_ratio
 from studies.tuning.distributions import NAMES, TABLE_1, Distribution, distribution
 from studies.tuning.genetic import (
     Evaluate,
@@ -38,8 +44,8 @@ from studies.tuning.genetic import (
     Scores,
     Search,
 )
-from studies.tuning.individuals import ControllerDesign
-from studies.tuning.tuning import BOTH, TUNERS, Tuning
+from studies.tuning.individuals import ControllerDesign, Filters, moderate
+from studies.tuning.tuning import TUNERS, Tuning
 
 UNBUILT = 0.0  # [s] divergence time of parameters that no filter can be built from
 PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
@@ -56,6 +62,9 @@ class Problem:
         weights: of x, y and v in the index (5). threads: None for all; results are the same.
         judges: the plants as they were asked for, where others are simulated in their place.
         remarks: lines on what is simulated.
+        held: the reference with a long hold at its end, and the hold's length [s], or None.
+        exact: exact linear loops that may not grow; none unless asked for.
+        effort: what a unit of total variation of the torques adds to the index [m2 s/(N m)].
     """
 
     design: ControllerDesign
@@ -65,6 +74,9 @@ class Problem:
     threads: int | None = None
     judges: tuple[tuple[Plant, Setting], ...] = ()
     remarks: tuple[str, ...] = ()
+    held: tuple[Reference, float] | None = None
+    exact: tuple[SampledPlant, ...] = ()
+    effort: float = 0.0
 
     @property
     def simulated(self) -> list[str]:
@@ -90,30 +102,77 @@ class Problem:
         return found
 
     def __call__(self, parameters: Array) -> Scores:
-        """Return the worst index of each individual, and the earliest time of divergence."""
-        indices = np.full(len(parameters), np.inf)
-        diverged = np.full(len(parameters), UNBUILT)
+        """Return the worst index of each individual, and the earliest time of divergence.
+
+        Individuals whose exact linear loop grows are not simulated.
+        """
+        count = len(parameters)
+        scores = Scores(np.full(count, np.inf), np.full(count, UNBUILT), np.zeros(count))
         built = self.design.filters(parameters)
         usable = [i for i, filters in enumerate(built) if filters is not None]
+        if self.exact and usable:
+            scores.growth[usable] = self._growth([pair for pair in built if pair is not None])
+            usable = [i for i in usable if scores.growth[i] == 0]
         if not usable:
-            return Scores(indices, diverged)
-        filters = [built[i] for i in usable]
-        outcomes = [
-            evaluate(
-                plant,
-                chosen,
-                self.reference,
-                filters,
-                threads=self.threads,
-                same_noise=True,
-                weights=self.weights,
-            )
-            for plant, chosen in self.scenarios
-        ]
-        worst = np.max([each.indices for each in outcomes], axis=0)
-        indices[usable] = np.where(np.isnan(worst), np.inf, worst)
-        diverged[usable] = np.fmin.reduce([each.diverged for each in outcomes])
-        return Scores(indices, diverged)
+            return scores
+        filters = [pair for i in usable if (pair := built[i]) is not None]
+        outcomes = [self._outcome(plant, chosen, filters) for plant, chosen in self.scenarios]
+        worst = np.max([index for index, _ in outcomes], axis=0)
+        scores.indices[usable] = np.where(np.isnan(worst), np.inf, worst)
+        scores.diverged[usable] = np.fmin.reduce([when for _, when in outcomes])
+        self._hold(scores, built)
+        return scores
+
+    def _growth(self, filters: Sequence[Filters]) -> Array:
+        """Return what of controllers' exact linear loops is above 0 (P,), inf if beyond numbers."""
+        growth = np.full(len(filters), np.inf)
+        left = [i for i, pair in enumerate(filters) if moderate(pair)]
+        if left:
+            drawn = stack([filters[i] for i in left], self.design.period)
+            growth[left] = np.maximum(quantised(exact_growth(self.exact, drawn)), 0.0)
+        return growth
+
+    def _outcome(
+        self, plant: Plant, chosen: Setting, filters: Sequence[Filters]
+    ) -> tuple[Array, Array]:
+        """Return indices (P,), with the effort's share, and times of divergence on one plant."""
+        how: dict[str, Any] = {"threads": self.threads, "same_noise": True, "weights": self.weights}
+        if self.effort:
+            how["yard"] = yardstick(self.reference, 0.0)
+        found = evaluate(plant, chosen, self.reference, filters, **how)
+        if not self.effort:
+            return found.indices, found.diverged
+        variation = found.sums[:, VARIATION] + found.sums[:, VARIATION + 1]
+        return found.indices + self.effort * variation, found.diverged
+
+    def _hold(self, scores: Scores, built: Sequence[Filters | None]) -> None:
+        """Take those for diverged whose v still grows at the end of the long hold, if there is."""
+        if self.held is None:
+            return
+        ref, length = self.held
+        how: dict[str, Any] = {"threads": self.threads, "same_noise": True}
+        for plant, chosen in self.scenarios:
+            left = [i for i, index in enumerate(scores.indices) if np.isfinite(index)]
+            if not left:
+                return
+            pairs = [built[i] for i in left]
+            for i, found in zip(
+                left, measure(plant, chosen, ref, pairs, hold=length / 2, **how), strict=True
+            ):
+                if found["diverged"] or grows(found, length / 2):
+                    end = float(ref.time[-1])
+                    scores.indices[i] = np.inf
+                    scores.diverged[i] = found["diverged_at"] if found["diverged"] else end
+
+
+def grows(found: dict[str, Any], hold: float) -> bool:
+    """Return whether v is larger, by more than MOST, in the second half of a hold.
+
+    Args:
+        found: figures of merit of `measure` with this hold [s].
+    """
+    ratio = v_ratio(found, hold / 2)
+    return ratio is not None and ratio > MOST
 
 
 class Perturbation(NamedTuple):
@@ -156,16 +215,60 @@ def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], .
     Raises:
         ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
     """
-    nominal = setting(tuning.setting, tuning.built)
-    robots = [(robot, nominal)]
+    nominal = setting(tuning.setting)
+    robots = [(each, nominal) for each in loaded(tuning, robot)]
     for each in perturbations(tuning):
         other = robot.changed(each.stiffness, each.density, each.payload)
         robots.append((other, replace(nominal, friction=_scaled(nominal.friction, each.friction))))
-    names = PLANTS if tuning.plant == BOTH else (tuning.plant,)
     return tuple(
-        (each.plant(name, its, tuning.modes, tuning.segments), its)
+        (plant, replace(its, hardware=hardware))
         for each, its in robots
-        for name in names
+        for plant in (
+            each.plant(name, its, tuning.modes, tuning.segments) for name in tuning.plants
+        )
+        for hardware in tuning.built
+    )
+
+
+def loaded(tuning: Tuning, robot: Robot) -> list[Robot]:
+    """Return the robot with each of the tuning's payloads."""
+    return [robot.changed(1.0, 1.0, each) if each else robot for each in tuning.payloads]
+
+
+def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
+    """Return the exact linear loops in which a tuning's individuals may not grow; none unasked.
+
+    With every payload and hardware, at `EXACT_POSES`, without friction and with its slopes; and
+    with the beam's EI less and more, and with another payload, if so asked.
+
+    Raises:
+        ParameterError: a robot whose beam is not that of the equations.
+    """
+    if not tuning.exact:
+        return ()
+    if robot.given is not None or robot.modal_damping:
+        what = "--mjcf" if robot.given is not None else "--modal-damping"
+        raise ParameterError(
+            f"--exact and {what} contradict each other: the exact linear loop has a uniform beam "
+            "with --robot.zeta; leave one out"
+        )
+    own = setting(tuning.setting)
+    gain, _ = small_signal(own.friction)
+    spread, more = tuning.exact_spread, tuning.exact_payload
+    robots = loaded(tuning, robot)
+    robots += [robot.changed(1 + each, 1.0, 0.0) for each in (-spread, spread) if each]
+    robots += [robot.changed(1.0, 1.0, more)] if more else []
+    linear = dict.fromkeys(Hardware(delay=each.delay, lag=each.lag) for each in tuning.built)
+    return tuple(
+        loop
+        for each in robots
+        for hardware in linear
+        for loop in exact_loops(
+            own.applied(each.parameters),
+            torque_gains=tuple(dict.fromkeys((NO_FRICTION, gain))),
+            period=tuning.period,
+            hardware=hardware,
+        )
     )
 
 
@@ -192,7 +295,8 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
             a plant's physics step.
     """
     robot = robot_of(tuning) if robot is None else robot
-    ref = reference(trajectory(tuning.trajectory), robot.parameters, tuning.period)
+    path = trajectory(tuning.trajectory)
+    ref = reference(path, robot.parameters, tuning.period)
     scenarios = scenarios_of(tuning, robot)
     for plant, _ in scenarios:
         loop_of(plant, ref, weights=tuning.weights)  # checks period, step and weights
@@ -202,6 +306,10 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
     instead = any(one is not other for one, (other, _) in zip(simulated, scenarios, strict=True))
     if instead:
         remarks.append("chains are simulated in closed form, the result is rated on MuJoCo's")
+    held = None
+    if tuning.long_hold:
+        longer = replace(path, hold=tuning.long_hold)
+        held = reference(longer, robot.parameters, tuning.period), tuning.long_hold
     return Problem(
         tuning.design,
         pairs,
@@ -210,6 +318,9 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
         threads,
         scenarios if instead else (),
         tuple(dict.fromkeys(remarks)),
+        held,
+        exact_of(tuning, robot),
+        tuning.effort,
     )
 
 

@@ -50,6 +50,7 @@ COLUMNS = (
     *SI_NAMES,
     "index",
     "diverged_at",
+    "growth",
 )
 LATER = ("convergence.csv", "convergence.rrd", "figures/convergence.png", "result.json")
 ORIGINS = {SURVIVOR, INITIAL, MUTANT, CROSSOVER, FRESH, *TUNERS}
@@ -58,6 +59,7 @@ DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
     "studies/core/paper.py",
+    "studies/core/evidence/*.py",
     *(
         f"studies/tuning/{name}.py"
         for name in (
@@ -74,8 +76,9 @@ DECIDES = (  # sources that a result depends on
 UNITS = {
     "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",
     ", ".join(SI_NAMES): "N m s^nu/rad, as the filters have them, k / 1000^nu; k3, k6: the same",
-    "index": "m2 s, (5); inf where diverged",
+    "index": "m2 s, (5), and the effort's share; inf where diverged or rejected",
     "diverged_at": "s, empty where not",
+    "growth": "1/s, of the exact linear loop, of those rejected for it; else 0",
 }
 
 
@@ -183,7 +186,8 @@ def rows(generation: Generation) -> list[list[str]]:
         numbers = [*generation.population[i], *si[i], generation.indices[i]]
         texts = [repr(float(x)) for x in numbers]
         ended = "" if np.isnan(when) else repr(when)
-        lines.append([str(generation.number), str(i), origin, *texts, ended])
+        grown = repr(float(generation.growth[i]))
+        lines.append([str(generation.number), str(i), origin, *texts, ended, grown])
     return lines
 
 
@@ -244,6 +248,9 @@ def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
             "hardware_torque_limit": limit if limit is None else tuple(limit),
             "robot": Parameters(**values["robot"]),
             "modal_damping": tuple(values["modal_damping"]),
+            "payloads": tuple(values["payloads"]),
+            "plant": _names(values["plant"]),
+            "hardware": _names(values["hardware"]),
         }
         tuning = Tuning(**values | typed)
         draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
@@ -252,6 +259,11 @@ def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
     except (TypeError, ValueError, AttributeError):
         raise RunError(damaged) from None
     return tuning, draws
+
+
+def _names(names: Any) -> str | tuple[str, ...]:
+    """Return one name or several as JSON has them."""
+    return names if isinstance(names, str) else tuple(names)
 
 
 def _generation(lines: list[str], number: int) -> Generation:
@@ -267,12 +279,15 @@ def _generation(lines: list[str], number: int) -> Generation:
             raise ValueError
         if row["origin"] not in ORIGINS or np.isnan(float(row["index"])):
             raise ValueError
+        if not float(row["growth"]) >= 0:
+            raise ValueError
     return Generation(
         number,
         np.array([[float(row[name]) for name in NAMES] for row in table]),
         tuple(row["origin"] for row in table),
         np.array([float(row["index"]) for row in table]),
         np.array([float(row["diverged_at"] or "nan") for row in table]),
+        np.array([float(row["growth"]) for row in table]),
     )
 
 

@@ -117,7 +117,7 @@ def described(tuning: Tuning) -> str:
     """Return in one line what was tuned."""
     how = f"{tuning.controller} ({tuning.realisation})"
     return (
-        f"{tuning.trajectory}, {tuning.plant}, {how}, setting {tuning.setting}, "
+        f"{tuning.trajectory}, {' and '.join(tuning.plants)}, {how}, setting {tuning.setting}, "
         f"{tuning.tuner}, seed {tuning.seed}"
     )
 

@@ -22,15 +22,9 @@ from flexsim.loop.control.stacking import stack
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import Distribution
-from studies.tuning.individuals import ControllerDesign, Filters
+from studies.tuning.individuals import ControllerDesign, moderate
 from studies.tuning.problem import Problem
 from studies.tuning.tuning import Tuning
-
-GAIN_MOST = 1e100  # of a filter's coefficients; the loop's matrix would overflow not far beyond
-
-
-def _moderate(pair: Filters) -> bool:
-    return all(np.abs(b).max() <= GAIN_MOST for b, _ in pair)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +49,7 @@ class NearRest:
         """
         growth = np.full(len(parameters), np.inf)
         built = self.design.filters(parameters)
-        left = np.array([i for i, pair in enumerate(built) if pair and _moderate(pair)], dtype=int)
+        left = np.array([i for i, pair in enumerate(built) if pair and moderate(pair)], dtype=int)
         growth[left] = -np.inf
         for plant, options in self.plants:
             for pose in self.poses:
@@ -124,7 +118,8 @@ def screened(tuning: Tuning, draws: Distribution, problem: Problem) -> Distribut
         raise ParameterError(
             "screen has no effect: only the genetic algorithm's draws are screened"
         )
-    nominal = problem.scenarios[: len(problem.scenarios) // (1 + tuning.perturb)]
+    of_robot = len(problem.scenarios) // (len(tuning.payloads) + tuning.perturb)
+    nominal = problem.scenarios[: of_robot * len(tuning.payloads)]
     plants = tuple(
         (plant, loop_options(chosen.friction, tuning.period, hardware=chosen.hardware))
         for plant, chosen in nominal

@@ -56,9 +56,9 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
 
     trajectory: str | None = None
     """line, two-loop or circle; line unless given."""
-    plant: str | None = None
-    """both (the worse counts), rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
-    untuned[:N] or rod[:N]; assumed-modes unless given."""
+    plant: tuple[str, ...] | None = None
+    """both, or some of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
+    untuned[:N], rod[:N]; the worst counts; assumed-modes unless given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
     realisation: str | None = None
@@ -67,7 +67,8 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed; simulink
     unless given."""
     distribution: str | None = None
-    """table-1, log-uniform, or a TOML file of rows such as k1 = { normal = [1e4, 2000] }."""
+    """table-1, log-uniform, wide (three terms of one size), or a TOML file of rows such as
+    k1 = { normal = [1e4, 2000] }."""
     tuner: str | None = None
     """genetic, cma (CMA-ES) or de (differential evolution); genetic unless given."""
     terms: int | None = None
@@ -107,9 +108,23 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     beam: Literal["file", "analytic"] | None = None
     """With --mjcf, the modes of the assumed-modes plant: the file's own chain's, or the paper's
     beam's on the file's rigid bodies; file unless given."""
-    hardware: str | None = None
-    """ideal or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn, 0.1 mm of noise
-    on v); ideal unless given."""
+    payloads: tuple[float, ...] | None = None
+    """At the tip, beside the robot's own [kg]; the worst counts; 0 unless given."""
+    long_hold: float | None = None
+    """Hold that runs are repeated with [s]: whose v is larger, rms over the last quarter, than 1.1
+    times the quarter before, counts as diverged; 0, none, unless given."""
+    exact: bool = False
+    """Reject what grows on the exact linear loop, of 12 modes, exactly held, with any of the
+    hardware and payloads, before it is simulated."""
+    exact_spread: float | None = None
+    """Relative change of EI, both ways, with which it may not grow either; 0 unless given."""
+    exact_payload: float | None = None
+    """Payload with which it may not grow either [kg]; 0 unless given."""
+    effort: float | None = None
+    """What each N m of the torques' total variation adds to the index [m2 s]; 0 unless given."""
+    hardware: tuple[str, ...] | None = None
+    """Some of ideal, delayed (a sample of delay), bench (assumed: that delay, 10 and 5 N m, 8192
+    counts a turn, 0.1 mm of noise on v); the worst counts; ideal unless given."""
     out: Path | None = None
     """Folder of the run, made anew; runs/tune unless given."""
     force: bool = False
@@ -126,8 +141,18 @@ def given(config: TuneConfig) -> dict[str, Any]:
     """Return those of a tuning's values that the command line gives."""
     names = (item.name for item in dataclasses.fields(Tuning))
     values = {name: getattr(config, name) for name in names}
-    not_given = (None, (), Parameters())
-    return {name: value for name, value in values.items() if value not in not_given}
+    values |= {name: _single(values[name]) for name in ("plant", "hardware")}
+    not_given = (None, (), False, Parameters())
+    return {
+        name: value
+        for name, value in values.items()
+        if not any(value is each or value == each != 0 for each in not_given)
+    }
+
+
+def _single(names: tuple[str, ...] | None) -> str | tuple[str, ...] | None:
+    """Return one name as such, several as they are."""
+    return names[0] if names and len(names) == 1 else names
 
 
 def tuning_of(config: TuneConfig) -> Tuning:
@@ -139,13 +164,17 @@ def tuning_of(config: TuneConfig) -> Tuning:
     values = given(config)
     tuning = Tuning(**values)
     textbook = tuning.realisation == TEXTBOOK
-    kind, _, size = tuning.plant.partition(":")
-    sized = f"{tuning.plant} has its own number"
+    kinds = {name: name.partition(":")[::2] for name in tuning.plants}
+    alone = len(kinds) == 1
+    kind, size = next(iter(kinds.values())) if alone else ("", "")
+    sized = f"{tuning.plants[0]} has its own number"
     for name, useless, reason in (
         ("terms", textbook, "the textbook realisation has no series to cut"),
         ("filter_time", not textbook, "only the textbook realisation has one"),
         ("perturb_spread", not tuning.perturb, "no robots are perturbed; add --perturb"),
         ("perturb_payload", not tuning.perturb, "no robots are perturbed; add --perturb"),
+        ("exact_spread", not tuning.exact, "no exact loops are looked at; add --exact"),
+        ("exact_payload", not tuning.exact, "no exact loops are looked at; add --exact"),
         ("patience", tuning.tuner != "genetic", f"{tuning.tuner} always uses its whole budget"),
         ("screen", tuning.tuner != "genetic", "only the genetic algorithm's draws are screened"),
         ("modes", kind in ("chain", "untuned", "rod", "rigid"), f"the {kind} plant has none"),
@@ -205,6 +234,10 @@ def first_difference(robot: Parameters, other: Parameters) -> tuple[str, float, 
     raise ValueError("the robots are the same")
 
 
+def _words(tuning: Tuning) -> str:
+    return "; ".join(each.words() for each in tuning.built)
+
+
 def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
     """Return a run to be continued, cut to its last complete generation.
 
@@ -219,7 +252,7 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
             name, value, its = first_difference(value, its)
         elif its is None and name.startswith("hardware_"):  # a number of the named hardware's own
             named = dataclasses.replace(record.tuning, **{name: value})
-            value, its = named.built.words(), record.tuning.built.words()
+            value, its = (_words(each) for each in (named, record.tuning))
         if value != its:
             raise ParameterError(
                 f"--{name.replace('_', '-')} {value} contradicts {folder}, which has {its}; "

@@ -19,6 +19,7 @@ from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import plant_kind
+from studies.core.paper import PLANTS
 from studies.tuning.genetic import GeneticSettings, Search, run_genetic
 from studies.tuning.individuals import ControllerDesign
 from studies.tuning.peers import check_de, run_cma, run_de
@@ -30,6 +31,7 @@ TUNERS: dict[str, Callable[..., Search]] = {
     "de": run_de,
 }
 SEED_MOST = 2**32 - 1
+HOLD_MOST = 1000.0  # [s]
 COUNTS = (
     "terms",
     "perturb",
@@ -44,12 +46,17 @@ COUNTS = (
 )
 
 
+def _several(names: str | tuple[str, ...]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
 @dataclass(frozen=True)
 class Tuning:
     """Everything that a tuned result depends on; plain values, as a run's config.json has them.
 
     Attributes:
-        trajectory, setting: names. plant: 'both', or a plant's name, see `flexsim.robot`.
+        trajectory, setting: names. plant: 'both', or names of plants, see `flexsim.robot`; the
+            worst counts, of plants and of all that is named below.
         controller, realisation, terms, period, filter_time: see `ControllerDesign`.
         distribution: 'table-1', 'log-uniform' or a TOML file, see `studies.tuning.distributions`.
         tuner: 'genetic', 'cma' or 'de'.
@@ -60,8 +67,16 @@ class Tuning:
         population, generations, patience, survivors: see `GeneticSettings`.
         screen: candidates at most per individual drawn, those kept whose linear loop does not
             grow, see `studies.tuning.screened_draws`; 0 for no screening.
-        hardware: a name; hardware_delay, ..., hardware_lag: numbers instead of its own, see
+        hardware: names; hardware_delay, ..., hardware_lag: numbers instead of their own, see
             `studies.core.options`. All individuals have the same noise, by the seed.
+        payloads: at the tip, beside the robot's own [kg].
+        long_hold: length of a hold [s] that runs are repeated with; those whose v has an rms over
+            the last quarter of more than 1.1 of the quarter before have not held.
+        exact: whether individuals are rejected whose exact linear loop grows, with any of the
+            hardware and payloads, see `flexsim.linear.exact_loop`. exact_spread, exact_payload:
+            relative change of EI, both ways, and payload [kg] with each of which it may not grow
+            either.
+        effort: what the total variation of the commanded torques adds to the index [m2 s/(N m)].
         modes: n. segments: N of the chain, None for 6 or the file's.
         robot, modal_damping: the robot without a file. mjcf, beam: its file; see `Robot.of`.
         joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
@@ -71,7 +86,7 @@ class Tuning:
     """
 
     trajectory: str = "line"
-    plant: str = "assumed-modes"
+    plant: str | tuple[str, ...] = "assumed-modes"
     controller: str = "fractional"
     realisation: str = "tustin"
     setting: str = DEFAULT_SETTING
@@ -102,7 +117,13 @@ class Tuning:
     tip: str | None = None
     motor1: str | None = None
     motor2: str | None = None
-    hardware: str = "ideal"
+    payloads: tuple[float, ...] = (0.0,)
+    long_hold: float = 0.0
+    exact: bool = False
+    exact_spread: float = 0.0
+    exact_payload: float = 0.0
+    effort: float = 0.0
+    hardware: str | tuple[str, ...] = "ideal"
     hardware_delay: int | None = None
     hardware_torque_limit: tuple[float, float] | None = None
     hardware_counts: int | None = None
@@ -116,8 +137,11 @@ class Tuning:
                 raise ParameterError(f"{name} is {value!r}; give a whole number")
         trajectory(self.trajectory)
         setting(self.setting)
-        if self.plant != BOTH:
-            plant_kind(self.plant)  # refuses what is none
+        for name, given in (("plant", self.plants), ("hardware", self.hardwares)):
+            if not given or len(set(given)) != len(given):
+                raise ParameterError(f"{name} is {' '.join(given) or 'empty'}; name each once")
+        for each in self.plants:
+            plant_kind(each)  # refuses what is none
         if self.tuner not in TUNERS:
             raise ParameterError(
                 f"tuner {self.tuner!r} is unknown; choose one of {', '.join(TUNERS)}"
@@ -138,6 +162,22 @@ class Tuning:
             raise ParameterError(f"perturb payload is {self.perturb_payload} kg; give 0 or more")
         if not all(0 <= each < math.inf for each in self.weights) or not any(self.weights):
             raise ParameterError(f"weights are {self.weights}; give 0 or more, one above 0")
+        if not self.payloads or len(set(self.payloads)) != len(self.payloads):
+            raise ParameterError(f"payloads are {self.payloads}; give one or more, each once [kg]")
+        if not all(0 <= each < math.inf for each in self.payloads):
+            raise ParameterError(f"payloads are {self.payloads} kg; give 0 or more")
+        if not 0 <= self.long_hold <= HOLD_MOST:
+            raise ParameterError(
+                f"long hold is {self.long_hold} s; give 0, for none, to {HOLD_MOST:g}"
+            )
+        if not 0 <= self.exact_spread < 1:
+            raise ParameterError(
+                f"exact spread is {self.exact_spread}; give 0 or more and less than 1"
+            )
+        if not 0 <= self.exact_payload < math.inf:
+            raise ParameterError(f"exact payload is {self.exact_payload} kg; give 0 or more")
+        if not 0 <= self.effort < math.inf:
+            raise ParameterError(f"effort is {self.effort} m2 s/(N m); give 0 or more")
         _ = self.built
         _ = self.design  # refuses what it cannot be made of
         genetic = self.genetic
@@ -145,10 +185,21 @@ class Tuning:
             check_de(genetic)
 
     @property
-    def built(self) -> Hardware:
-        """Sensors, computer and motors."""
-        names = [item.name for item in fields(self) if item.name.startswith("hardware")]
-        return overridden(seed=self.seed, **{name: getattr(self, name) for name in names})
+    def plants(self) -> tuple[str, ...]:
+        """Names of the plants."""
+        return PLANTS if self.plant == BOTH else _several(self.plant)
+
+    @property
+    def hardwares(self) -> tuple[str, ...]:
+        """Names of the hardware."""
+        return _several(self.hardware)
+
+    @property
+    def built(self) -> tuple[Hardware, ...]:
+        """Sensors, computer and motors of each name."""
+        names = [item.name for item in fields(self) if item.name.startswith("hardware_")]
+        numbers = {name: getattr(self, name) for name in names}
+        return tuple(overridden(each, seed=self.seed, **numbers) for each in self.hardwares)
 
     @property
     def design(self) -> ControllerDesign:

@@ -47,11 +47,12 @@ TUNERS = (run_genetic, run_cma, run_de)
 def bowl(parameters):
     """A quadratic around OPTIMUM in standard deviations of Table 1, diverged far from it."""
     far = (((parameters - OPTIMUM) / np.array(PRINTED_DEVIATIONS)) ** 2).sum(axis=1)
-    return Scores(np.where(far > 12, np.inf, far), np.where(far > 12, 0.5, np.nan))
+    return Scores(np.where(far > 12, np.inf, far), np.where(far > 12, 0.5, np.nan), 0 * far)
 
 
 def hopeless(parameters):
-    return Scores(np.full(len(parameters), np.inf), np.zeros(len(parameters)))
+    none = np.zeros(len(parameters))
+    return Scores(np.full(len(parameters), np.inf), none, none)
 
 
 def test_defaults_are_the_papers():
@@ -205,7 +206,7 @@ def test_only_the_best_reproduce_and_keep_their_scores():
     population = 1e6 * np.arange(1, 51)[:, None] * np.ones(10)
     indices = np.random.default_rng(10).permutation(50).astype(float)
     diverged = 0.1 * np.arange(50)
-    last = Generation(3, population, (FRESH,) * 50, indices, diverged)
+    last = Generation(3, population, (FRESH,) * 50, indices, diverged, np.zeros(50))
     new = next_generation(bowl, TABLE_1, 6, 1, last)
     best = np.argsort(indices)[:6]
     assert not set(best) <= set(range(6))

@@ -207,7 +207,9 @@ def test_peers_are_refused_by_the_library_too(circle):
 def made_course(bests, seed=1, screen=0):
     """A search of 4 individuals whose generations end with these best indices."""
     generations = tuple(
-        Generation(i, np.zeros((4, 10)), ("initial",) * 4, np.array([x, 9, 9, np.inf]), np.zeros(4))
+        Generation(
+            i, np.zeros((4, 10)), ("initial",) * 4, np.array([x, 9, 9, np.inf]), *np.zeros((2, 4))
+        )
         for i, x in enumerate(bests)
     )
     count = np.arange(1.0, len(bests) + 1)

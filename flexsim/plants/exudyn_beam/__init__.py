@@ -1,1 +1,0 @@
-"""EXUDYN's beam as a plant: another author's elements, joints and integrator."""
