@@ -109,31 +109,53 @@ def holding(
     Raises:
         ParameterError: the trajectory, the controller or a number cannot be used.
     """
-    path = reference(replace(trajectory, hold=hold), plant.parameters, period)
-    (run,) = measure(plant, setting, path, [controller], min(2 * WINDOW, hold))
+    return holdings([plant], setting, trajectory, controller, period, robot, hold)[0]
+
+
+def holdings(
+    plants: Sequence[Plant],
+    setting: Setting,
+    trajectory: Trajectory,
+    controller: Any,
+    period: float,
+    robot: Robot,
+    hold: float = HOLD,
+) -> list[Holding]:
+    """Return the same of several plants, whose exact linear loop is one; see `holding`."""
+    longer = replace(trajectory, hold=hold)
+    exact = exact_numbers(setting, longer, controller, period, robot)
+    found = []
+    for plant in plants:
+        path = reference(longer, plant.parameters, period)
+        (run,) = measure(plant, setting, path, [controller], min(2 * WINDOW, hold))
+        bounded = not run["diverged"]
+        ratio = v_ratio(run, min(WINDOW, hold / 2)) if bounded else None
+        found.append(Holding(bounded, run["diverged_at"], ratio, **exact))
+    return found
+
+
+def exact_numbers(
+    setting: Setting, trajectory: Trajectory, controller: Any, period: float, robot: Robot
+) -> dict[str, float]:
+    """Return what `Holding` has of the exact linear loop; arguments as of `holding`."""
     own, stacked = setting.applied(robot.parameters), stack([controller], period)
-    poses = extreme_poses(path)
+    poses = extreme_poses(reference(trajectory, own, period))
     free = LoopOptions(period, hardware=setting.hardware)
     rubbed = loop_options(setting.friction, period, "exact", hardware=setting.hardware)
-    loops = _loops(own, poses, free)
-    spare = reserves(loops, stacked)
-    growth = [
-        float(quantised(exact_growth(each, stacked))[0])
-        for each in (_loops(own, poses, rubbed), _loops(replace(own, zeta=0.0), poses, free))
-    ]
-    bounded = not run["diverged"]
-    return Holding(
-        bounded=bounded,
-        diverged_at=run["diverged_at"],
-        v_ratio=v_ratio(run, min(WINDOW, hold / 2)) if bounded else None,
-        growth=spare.growth,
-        growth_friction=growth[0],
-        growth_undamped=growth[1],
-        fastest_hz=spare.fastest_hz,
-        delay_margin=spare.delay_margin,
-        gain_margin=spare.gain_margin,
-        gain_margin_low=spare.gain_margin_low,
+    spare = reserves(_loops(own, poses, free), stacked)
+    friction, undamped = (
+        float(quantised(exact_growth(loops, stacked))[0])
+        for loops in (_loops(own, poses, rubbed), _loops(replace(own, zeta=0.0), poses, free))
     )
+    return {
+        "growth": spare.growth,
+        "growth_friction": friction,
+        "growth_undamped": undamped,
+        "fastest_hz": spare.fastest_hz,
+        "delay_margin": spare.delay_margin,
+        "gain_margin": spare.gain_margin,
+        "gain_margin_low": spare.gain_margin_low,
+    }
 
 
 def v_ratio(run: dict[str, Any], window: float) -> float | None:

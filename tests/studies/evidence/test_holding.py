@@ -15,7 +15,8 @@ from flexsim.loop.runs import closed_loop
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.robot import Robot
-from studies.core.evidence.holding import HOLD, MOST, WINDOW, Holding, holding
+from studies.core.evidence.holding import HOLD, MOST, WINDOW, Holding, holding, holdings
+from studies.core.evidence.holding_table import HoldingRow, holding_table, said
 
 PERIOD = 1e-3
 LINE = trajectory("line")
@@ -116,3 +117,33 @@ def test_the_margin_is_the_linear_loops() -> None:
     assert len(stack([PD], PERIOD).b) == 1
     assert 3e-3 < found.delay_margin < 5e-3
     assert found.gain_margin_low < 1 < found.gain_margin
+
+
+def test_several_plants_share_their_exact_loop() -> None:
+    robot, chosen = Robot(), setting("simulink")
+    plants = [robot.modes_plant(chosen), robot.plant("closed-chain", chosen)]
+    pair = holdings(plants, chosen, LINE, TUNED["line"], PERIOD, robot)
+    for plant, found in zip(plants, pair, strict=True):
+        assert found == holding(plant, chosen, LINE, TUNED["line"], PERIOD, robot)
+    assert pair[0].v_ratio != pair[1].v_ratio
+
+
+def test_the_table_shows_both_plants_and_says_why_not() -> None:
+    held = of(TUNED["line"], Robot())
+    lost = replace(held, bounded=False, diverged_at=2.89, v_ratio=None)
+    grown = replace(held, growth=1.5)
+    names = ("assumed-modes", "closed-chain")
+    rows = [
+        HoldingRow.of("line", devised, plant, found)
+        for devised, pair in (("line", (held, lost)), ("two-loop", (grown, held)))
+        for plant, found in zip(names, pair, strict=True)
+    ]
+    table = holding_table(rows)
+    first, second = (table.cells(line) for line in table.lines())
+    assert first[:4] == ["line", "yes|to 2.9 s", f"{held.v_ratio:.2f}|-", f"{held.growth:+.2g}"]
+    assert second[:2] == ["line by two-loop", "grows|yes"]
+    shown = table.as_json()[0]
+    assert shown["holds"] is True and shown["delay_margin"] == held.delay_margin
+    assert said(rows) == "2 of 4 loops hold. closed-chain, line: diverged at 2.9 s."
+    assert said(rows[:1]) == "1 of 1 loops hold."
+    assert all(len(line) < 80 for line in table.note.splitlines())
