@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from studies.core.evidence.intervals import quantile
 
@@ -68,8 +67,13 @@ def rank_odds(below: int, runs: int, sample: int) -> float:
 
     The number of runs before the j-th of a sample in a random order is negative hypergeometric.
     """
-    order = stats.nhypergeom(runs + sample, runs, (sample + 1) // 2)
-    return float(min(1.0, 2 * min(order.cdf(below), order.sf(below - 1))))
+    j = (sample + 1) // 2
+    ways = [
+        math.comb(j - 1 + r, r) * math.comb(sample - j + runs - r, runs - r)
+        for r in range(runs + 1)
+    ]
+    total = math.comb(runs + sample, sample)
+    return min(1.0, 2 * min(sum(ways[: below + 1]), sum(ways[below:])) / total)
 
 
 def check_sample(repeats: ArrayLike, sample: Sequence[float]) -> Check:

@@ -109,7 +109,7 @@ def test_paired_runs_that_are_proportional_have_an_exact_ratio() -> None:
 
 def test_ratios_and_differences_cover_the_truth() -> None:
     rng, found = np.random.default_rng(6), []
-    for seed in range(100):
+    for seed in range(40):
         common = rng.normal(size=40)
         one, other = (10 + common + 0.3 * rng.normal(size=40) for _ in range(2))
         ratio, apart = (f(1.1 * one, other, seed) for f in (ratio_interval, difference_interval))
@@ -118,7 +118,7 @@ def test_ratios_and_differences_cover_the_truth() -> None:
         back = ratio_interval(other, 1.1 * one, seed)
         assert back is not None  # the same resamples, turned round
         assert back == pytest.approx((1 / ratio[1], 1 / ratio[0]), rel=1e-3)
-    assert (np.mean(found, axis=0) >= 0.88).all()  # of 100: three standard deviations below 95
+    assert (np.mean(found, axis=0) >= 0.85).all()  # 0.95, less three standard deviations of 40
 
 
 def test_a_bootstrap_is_its_seeds() -> None:

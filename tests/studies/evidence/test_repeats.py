@@ -101,13 +101,13 @@ def test_runs_are_enough_when_the_interval_is_narrow() -> None:
 def test_stopping_early_keeps_the_coverage() -> None:
     """Where it costs most, at a spread that 20 to 80 runs are enough for."""
     rng, within, taken = np.random.default_rng(5), [], set()
-    for _ in range(300):
+    for _ in range(150):
         sample = rng.normal(5e-3, 1e-4, MOST)
         runs = next((n for n in counts() if are_enough(sample[:n])), MOST)
         low, high = median_interval(sample[:runs]) or (0.0, 0.0)
         within.append(low <= 5e-3 <= high)
         taken.add(runs)
-    assert np.mean(within) > 0.91  # 0.95, less three standard deviations
+    assert np.mean(within) > 0.89  # 0.95, less three standard deviations
     assert {20, 40, 80} <= taken
 
 
