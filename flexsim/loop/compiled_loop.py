@@ -263,6 +263,7 @@ def run_population(
     yard: Yardstick = NO_YARDSTICK,
     hardware: Hardware = IDEAL,
     same_noise: bool = False,
+    first_run: int = 0,
 ) -> Outcome:
     """Return the outcome of every controller on one plant.
 
@@ -275,6 +276,7 @@ def run_population(
         threads: number of threads; None for all that numba has.
         yard: what runs are measured against; nothing is unless it is given.
         hardware: sensors, computer, motors. same_noise: whether all runs have the first's noise.
+        first_run: which run of a longer series the first is: it has that one's noise.
     """
     if stride < 0:
         raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
@@ -300,7 +302,7 @@ def run_population(
             plant.running(THREADS_MOST) as coefficients,
             numba.parallel_chunksize(1),
         ):
-            h = hardware.numbers(loop.period, loop.substeps, same_noise)
+            h = hardware.numbers(loop.period, loop.substeps, same_noise, first_run)
             _run_all(coefficients, friction, h, loop, controllers, initial, stride, yard, *outcome)
     finally:
         numba.set_num_threads(available)

@@ -112,12 +112,15 @@ class Hardware:
         )
         return ", ".join(text for there, text in parts if there)
 
-    def numbers(self, period: float, substeps: int, same_noise: bool = False) -> HardwareNumbers:
+    def numbers(
+        self, period: float, substeps: int, same_noise: bool = False, first_run: int = 0
+    ) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
 
         Args:
             period: control period [s], of `substeps` physics steps.
             same_noise: whether all runs of a population get the noise of the first.
+            first_run: which run of all the population's first is, for its noise.
         """
         decay, mean = lag_factors(self.lag, period / substeps)
         return HardwareNumbers(
@@ -133,6 +136,7 @@ class Hardware:
             lag_factors(self.lag, period)[1],
             int(self.seed),
             same_noise,
+            int(first_run),
         )
 
 
@@ -213,6 +217,7 @@ class HardwareNumbers(NamedTuple):
     mean_period: float
     seed: int
     same_noise: bool
+    first_run: int
 
 
 @jit
@@ -224,7 +229,8 @@ def measured(h: HardwareNumbers, run: int, sample: int, theta1: float, theta2: f
         theta1 = h.quantum * np.floor(theta1 / h.quantum + 0.5)
         theta2 = h.quantum * np.floor(theta2 / h.quantum + 0.5)
     if h.noise_v > 0.0:
-        number = 0 if h.same_noise else run & MASK  # a prange's index is unsigned, else a float
+        own = 0 if h.same_noise else run & MASK  # a prange's index is unsigned, else a float
+        number = (own + h.first_run) & MASK
         v += h.noise_v * normal(h.seed, number, sample)
     return theta1, theta2, v
 

@@ -104,6 +104,7 @@ def evaluate(
     threads: int | None = None,
     yard: Yardstick = NO_YARDSTICK,
     same_noise: bool = False,
+    first_run: int = 0,
     **loop_options: Any,
 ) -> Outcome:
     """Return the outcome of every controller, without looking into the motions.
@@ -114,6 +115,7 @@ def evaluate(
         stride: record every stride-th sample; 0 records nothing. threads: None for all.
         yard: what runs are measured against, see `measure`.
         same_noise: whether all get the noise on v that the first has.
+        first_run: which of a longer series the first is, whose noise on v it gets.
         loop_options: `v_gain`, `weights` of `loop_of`.
     """
     loop = loop_of(plant, reference, **loop_options)
@@ -128,6 +130,7 @@ def evaluate(
         yard,
         setting.hardware,
         same_noise,
+        first_run,
     )
 
 
@@ -150,6 +153,11 @@ def measure(
     """
     yard = yardstick(reference, hold)
     found = evaluate(plant, setting, reference, controllers, yard=yard, **options)
+    return measured_figures(found, reference, hold)
+
+
+def measured_figures(found: Outcome, reference: Reference, hold: float) -> list[dict[str, Any]]:
+    """Return the figures of merit of every run of an outcome that was measured; see `measure`."""
     return [
         figures(sums, index, diverged, reference, hold)
         for sums, index, diverged in zip(found.sums, found.indices, found.diverged, strict=True)

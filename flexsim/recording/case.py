@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
+from flexsim.recording.band import Band
 from flexsim.recording.traces import longest
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ class Case:
             chain is drawn as other arms are.
         hardware: in words, see `flexsim.loop.hardware`.
         reference: all of it, also after a divergence; without it, as far as the longer motion.
+        bands: by the plant's name, what its repeats cover; not of every plant.
+        shown: by the plant's name, which of its runs the motion is.
 
     Raises:
         ParameterError: a name that no entity path can carry, or no motion.
@@ -42,6 +45,8 @@ class Case:
     chain_model: mujoco.MjModel | None = None
     reference: Reference | None = None
     hardware: str = "ideal"
+    bands: Mapping[str, Band] = field(default_factory=dict)
+    shown: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what could not be recorded."""

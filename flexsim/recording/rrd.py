@@ -33,6 +33,7 @@ from flexsim.recording.scene import LIFT, colour, corners, log_scene, time_colum
 from flexsim.recording.traces import ASSUMED_MODES, Trace, spoken, traces
 
 BROAD, THIN = 3.5, 1.3  # of a curve [points]; the chain's lies on the one it mostly coincides with
+EDGE = 0.7  # of a band's ends: width [points], brightness of their plant's colour
 SHADES = (1.0, 0.62, 0.4)  # of a plant's colour, for its first, second, ... curve in one plot
 DIFFERENCE_COLOURS = ((204, 121, 167), (0, 158, 115), (240, 228, 66))
 
@@ -43,6 +44,7 @@ def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
     for case in cases:
         digest.update(f"{case.name} {case.trajectory} {case.controllers} {case.setting}".encode())
         digest.update(case.hardware.encode())
+        digest.update(repr(sorted(case.shown.items())).encode())
         for plant, motion in case.motions.items():
             digest.update(plant.encode() + np.ascontiguousarray(motion.state).tobytes())
     return uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
@@ -55,6 +57,12 @@ def _outcome(motion: Motion) -> str:
     return f"ran to its end, t = {motion.time[-1]:.3f} s" if motion.time.size else "no samples"
 
 
+def _told(case: Case, plant: str) -> str:
+    """Return in words which run of a plant is shown, and how it ended."""
+    which = case.shown.get(plant)
+    return (f"{which}: " if which else "") + _outcome(case.motions[plant])
+
+
 def _notes(case: Case) -> str:
     """Return what is to be known about a case, in markdown."""
     head = ("case", case.name)
@@ -63,13 +71,14 @@ def _notes(case: Case) -> str:
         ("controllers", case.controllers),
         ("setting", case.setting),
         ("hardware", case.hardware),
-        *((spoken(plant), _outcome(motion)) for plant, motion in case.motions.items()),
+        *((spoken(plant), _told(case, plant)) for plant in case.motions),
     ]
     return (
         f"{markdown_table(head, rows)}\n\n"
         f"The arm drawn with lines is lifted by {LIFT * 1000:.0f} mm, for display only. "
         "The tip error is the distance to the reference at the same time; an arm that diverged "
-        "stays where it was last."
+        "stays where it was last. Thin lines beside a plant's error and v are the least and the "
+        "largest of all its runs."
     )
 
 
@@ -94,6 +103,8 @@ def _curve_colours(trace: Trace) -> list[tuple[int, int, int]]:
     if trace.path.startswith("difference/"):
         return [DIFFERENCE_COLOURS[i % 3] for i in range(len(trace.names))]
     red, green, blue = colour(owner)
+    if "/band/" in trace.path:
+        return [(int(red * EDGE), int(green * EDGE), int(blue * EDGE))] * len(trace.names)
     shades = [SHADES[i % len(SHADES)] for i in range(len(trace.names))]
     return [(int(red * s), int(green * s), int(blue * s)) for s in shades]
 
@@ -103,6 +114,7 @@ def _log_trace(stream: rr.RecordingStream, case: Case, trace: Trace) -> None:
     path = f"{case.name}/{trace.path}"
     colours, count = _curve_colours(trace), len(trace.names)
     width = BROAD if trace.path.endswith(f"/{ASSUMED_MODES}") else THIN
+    width = EDGE if "/band/" in trace.path else width
     style = rr.SeriesLines(colors=colours, names=list(trace.names), widths=[width] * count)
     stream.log(path, style, static=True)
     columns = rr.Scalars.columns(scalars=trace.values.ravel())
@@ -124,7 +136,7 @@ def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) ->
     log_properties(stream, case.name, about)
     log_text(stream, f"{case.name}/notes", _notes(case))
     log_scene(stream, case, parameters)
-    for trace in traces(case.motions):
+    for trace in traces(case.motions, case.bands):
         _log_trace(stream, case, trace)
 
 
@@ -150,7 +162,7 @@ def write_recording(
 
     Args:
         path: the `.rrd` to write; a file already there is replaced.
-        cases: at least one, all of different names; thin long motions first (`Motion.thinned`).
+        cases: at least one, all of different names. Curves have every sample of their motions.
         metadata: what else explains the run, such as versions and seed.
         parameters: the robot, for the arms' lengths and the text about it.
 

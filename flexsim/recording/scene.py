@@ -43,6 +43,7 @@ DASH, GAP = 0.014, 0.016  # of the reference path [m]
 LINK_RADIUS, HUB_RADIUS, BEAM_RADIUS = 0.005, 0.009, 0.0022  # of an arm drawn with lines [m]
 TIP_RADIUS = 0.008  # [m]
 SHADE_MIN = 0.35  # brightness of what is black in the MJCF
+FRAME = 0.005  # between two poses of an arm [s], where it was sampled more often; display only
 CHAIN_BEAM_RADIUS = 0.005  # 1 mm of steel alone would hardly show from above [m]
 
 
@@ -59,6 +60,13 @@ def nanoseconds(time: Array) -> NDArray[np.timedelta64]:
 def time_column(time: Array) -> rr.TimeColumn:
     """Return times [s], (K,), as the recording's one timeline."""
     return rr.TimeColumn(TIMELINE, duration=nanoseconds(time))
+
+
+def frames(motion: Motion) -> Motion:
+    """Return a motion thinned to what a moving picture needs."""
+    if motion.time.size < 2:
+        return motion
+    return motion.thinned(max(1, round(FRAME / float(motion.time[1] - motion.time[0]))))
 
 
 def in_space(plane: Array, height: float = 0.0) -> Array:
@@ -174,9 +182,9 @@ def _tip(stream: Stream, root: str, motion: Motion, height: float) -> None:
     stream.log(
         f"{root}/tip", rr.Points3D.from_fields(colors=[rgb], radii=[TIP_RADIUS]), static=True
     )
-    stream.send_columns(
-        f"{root}/tip", [time_column(motion.time)], rr.Points3D.columns(positions=tip)
-    )
+    shown = frames(motion)
+    places = rr.Points3D.columns(positions=in_space(shown.tip, height))
+    stream.send_columns(f"{root}/tip", [time_column(shown.time)], places)
     if motion.diverged is not None:
         label = f"{spoken(motion.plant)}: diverged at {motion.diverged:.3f} s"
         stream.log(
@@ -200,10 +208,11 @@ def log_scene(stream: Stream, case: Case, parameters: Parameters) -> None:
         if not motion.time.size:
             continue
         height = 0.0 if plant == CHAIN else LIFT * (len(case.motions) - i)
+        arm = frames(motion)
         if plant == CHAIN and case.chain_model is not None:
-            _mjcf_arm(stream, f"{scene}/{plant}", motion, case.chain_model)
+            _mjcf_arm(stream, f"{scene}/{plant}", arm, case.chain_model)
         else:
-            _drawn_arm(stream, f"{scene}/{plant}", motion, parameters, height)
+            _drawn_arm(stream, f"{scene}/{plant}", arm, parameters, height)
         _tip(stream, f"{scene}/{plant}", motion, height)
     reference = dashes(case.reference_tip[1])
     if reference:

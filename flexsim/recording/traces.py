@@ -17,6 +17,7 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
+from flexsim.recording.band import Band
 
 TIMELINE = "simulation_time"  # [s]
 MM = 1000.0  # [mm/m]
@@ -133,10 +134,20 @@ def _through_hardware(plant: str, motion: Motion) -> list[Trace]:
     ]
 
 
-def traces(motions: Mapping[str, Motion]) -> list[Trace]:
+def _of_band(plant: str, band: Band) -> list[Trace]:
+    """Return the least and largest of a plant's repeats."""
+    names = tuple(f"{spoken(plant)}, {end} of {band.runs} runs" for end in ("least", "largest"))
+    return [
+        Trace(f"tip_error/band/{plant}", names, band.time, MM * band.error.T),
+        Trace(f"v/band/{plant}", names, band.time, MM * band.v.T),
+    ]
+
+
+def traces(motions: Mapping[str, Motion], bands: Mapping[str, Band] | None = None) -> list[Trace]:
     """Return every curve of a case, all of it finite or left out.
 
-    A motion without a reference has no tip error; one without a sample has no curves at all.
+    Bands, by the plant's name, come beside the errors and deflections. A motion without a
+    reference has no tip error; one without a sample has no curves at all.
 
     Raises:
         ParameterError: the two plants were not sampled at the same times.
@@ -151,5 +162,7 @@ def traces(motions: Mapping[str, Motion]) -> list[Trace]:
         whole = longest(motions)
         names = ("theta 1 reference", "theta 2 reference")
         found.append(Trace("joint/reference", names, whole.time, whole.reference_joint))
+    for plant, band in (bands or {}).items():
+        found += _of_band(plant, band)
     found += _differences(motions)
     return [trace for trace in found if trace.time.size and not np.isnan(trace.values).all()]

@@ -12,6 +12,7 @@ compared by these only.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,26 +23,26 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import TABLE_2, TUNED, Controller
-from flexsim.loop.metrics import rms_distance
-from flexsim.loop.motion import Motion
-from flexsim.loop.runs import closed_loop, measure
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import in_closed_form
 from flexsim.recording.case import Case
 from flexsim.recording.traces import CHAIN
 from flexsim.robot import Robot
 from flexsim.shaping.feedforward import dead_zone_error
 from flexsim.shaping.true_tip import shaped_reference
 from studies.compare import report
-from studies.compare.rows import CompareRow, Comparison
+from studies.compare.repeats import Repeated, Stage, repeated
+from studies.compare.rows import NO_OTHER, Against, CompareRow, Comparison, TipDifference
 from studies.core.carry_out import Study, ticker
-from studies.core.evidence.repeats import medians, perturbed
+from studies.core.evidence.check_sample import NO_CHECK
+from studies.core.evidence.intervals import difference_interval, ratio_interval
+from studies.core.evidence.repeats import counts, perturbed, summary
 from studies.core.paper import CASES, FIGURE_OF, PLANTS, paper_envelopes
-from studies.core.study_options import LoopOptions, Out, Perturbations
+from studies.core.study_options import LoopOptions, Out
 
-RECORDED_EVERY = 5  # samples; 200 Hz shows the third mode
 MIRRORED, TRUE_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
 FILE_OF = {MIRRORED: "plain", TRUE_TIP: "true_tip", DITHERED: "true_tip_dithered"}
 
@@ -54,11 +55,13 @@ class CompareConfig(LoopOptions):
 
     out: Out = Path("runs/compare")
     quick: bool = False
-    """Two runs behind each median only."""
+    """Two runs behind each median only: no intervals."""
     plants: tuple[str, str] = PLANTS
     """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
     untuned[:N], rod."""
-    perturbations: Perturbations = 20
+    perturbations: int | None = None
+    """Runs behind each median, the gains' fourth digits perturbed; unless given 20, doubled to at
+    most 320 until the envelope's 95 % interval is +-0.05 mm, or 1 %."""
     setting: str = DEFAULT_SETTING
     """Friction, limits and motors of our controllers: none, simulink, jump, opposing or
     reconstructed."""
@@ -145,34 +148,87 @@ def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
     return one, other
 
 
-def run_task(task: Task, plant: Plant, config: CompareConfig) -> tuple[CompareRow, Motion]:
-    """Return the row of one case on one plant, and the unperturbed motion, thinned."""
+def stage_of(task: Task, plant: Plant, config: CompareConfig) -> Stage:
+    """Return where a task runs on one plant: its closed form, its reference."""
     ref = reference(task.trajectory, plant.parameters, config.period)
     chosen = setting(task.setting, config.built)
-    nominal = task.controller.filters(config.period)
     if task.reference != MIRRORED:
-        dither = task.reference == DITHERED
-        ref = shaped_reference(ref, plant, filters=nominal, friction=chosen.friction, dither=dither)
-    motion = closed_loop(plant, chosen, ref, [nominal], RECORDED_EVERY, threads=config.threads)[0]
+        ref = shaped_reference(
+            ref,
+            plant,
+            filters=task.controller.filters(config.period),
+            friction=chosen.friction,
+            dither=task.reference == DITHERED,
+        )
+    return Stage(plant, in_closed_form(plant)[0], ref, chosen)
+
+
+def run_task(
+    task: Task, plants: Sequence[Plant], config: CompareConfig
+) -> tuple[list[CompareRow], list[Repeated]]:
+    """Return the rows of one case, one for each plant, and what they come from."""
+    nominal = task.controller.filters(config.period)
     rng = np.random.default_rng(config.seed)
-    controllers = perturbed(task.controller, config.perturbations, rng)
-    hold = task.trajectory.hold
-    figures = measure(plant, chosen, ref, controllers, hold, threads=config.threads)
+    most = max(counts(config.perturbations))
+    filters = [c.filters(config.period) for c in perturbed(task.controller, most, rng)]
+    stages = [stage_of(task, plant, config) for plant in plants]
+    found, distances = repeated(
+        stages, nominal, filters, task.trajectory.hold, config.perturbations, config.threads
+    )
+    tips = TipDifference(*_with_ends(summary("t", distances), "t"))
+    rows = [row_of(task, each, config) for each in found]
+    first = found[0]
+    return [
+        replace(row, tips=tips, against=against(first, each, config.seed))
+        for row, each in zip(rows, found, strict=True)
+    ], found
+
+
+def _with_ends(found: Mapping[str, float | None], name: str) -> tuple[float | None, ...]:
+    return found[name], found[f"{name}_low"], found[f"{name}_high"]
+
+
+def row_of(task: Task, each: Repeated, config: CompareConfig) -> CompareRow:
+    """Return the row of a case on one plant, without what compares it to another."""
     simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
-    hidden = dead_zone_error(nominal, chosen.friction)[1] * plant.parameters.reach
-    row = CompareRow(
+    plant, friction = each.stage.plant, each.stage.setting.friction
+    hidden = dead_zone_error(task.controller.filters(config.period), friction)[1]
+    return CompareRow(
         controllers=task.label,
         trajectory=task.trajectory.name,
         plant=plant.name,
         setting=task.setting,
         group=task.group,
         reference=task.reference,
-        found=medians(figures),
+        found=each.found,
         paper_simulation=simulation,
         paper_laboratory=laboratory,
-        dead_zone_error=float(hidden),
+        dead_zone_error=float(hidden * plant.parameters.reach),
+        hardware=config.built.words(),
+        zeta=plant.parameters.zeta,
+        simulated=each.stage.simulated.name,
+        shown=each.shown,
+        check=each.check or NO_CHECK,
     )
-    return row, motion
+
+
+def against(first: Repeated, other: Repeated, seed: int) -> Against:
+    """Return a plant's envelope against the first plant's; nothing against itself."""
+    one, mine = first.found.envelope, other.found.envelope
+    if other is first or one is None or mine is None:
+        return NO_OTHER
+    ratio: tuple[float, float] | None = None
+    difference: tuple[float, float] | None = None
+    if first.stage.repeats and other.stage.repeats:
+        ratio = ratio_interval(other.envelopes, first.envelopes, seed)
+        difference = difference_interval(other.envelopes, first.envelopes, seed)
+    return Against(mine / one, *_finite(ratio), mine - one, *_finite(difference))
+
+
+def _finite(ends: tuple[float, float] | None) -> tuple[float | None, float | None]:
+    """Return the ends of an interval, None for one that is open."""
+    low, high = ends or (math.inf, math.inf)
+    return (low if math.isfinite(low) else None), (high if math.isfinite(high) else None)
 
 
 def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
@@ -185,7 +241,7 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     config = config.asked()
     robot = config.robot_of()
     todo = tasks(config)
-    advance = ticker(progress, "compare", 2 * len(todo))
+    advance = ticker(progress, "compare", len(todo))
     names = dict.fromkeys(task.setting for task in todo)
     plants = {name: plants_of(config, name) for name in names}
     for plant in plants[config.setting]:  # before references take memory
@@ -194,32 +250,31 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         reference(path, robot.parameters, config.period)
     result = Comparison([], [], robot, mjcf_texts(plants, robot))
     for task in todo:
-        found = []
-        for plant in plants[task.setting]:
-            found.append(run_task(task, plant, config))
-            advance()
-        difference = tip_difference(*(motion for _, motion in found))
-        result.rows.extend(replace(row, tip_difference=difference) for row, _ in found)
-        motions = {row.plant: motion for row, motion in found}
-        model = drawn_model(plants[task.setting])
-        result.cases.append(case_of(task, motions, model, robot, config))
+        rows, found = run_task(task, plants[task.setting], config)
+        result.rows.extend(rows)
+        result.cases.append(case_of(task, found, robot, config))
+        advance()
     return result
 
 
-def case_of(
-    task: Task,
-    motions: dict[str, Motion],
-    model: mujoco.MjModel | None,
-    robot: Robot,
-    config: CompareConfig,
-) -> Case:
-    """Return a task's motions as figures and recordings have them."""
+def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: CompareConfig) -> Case:
+    """Return a task's shown runs and bands as figures and recordings have them."""
     label = task.label
     if task.group == report.TRUE_TIP:
         label += f" (reference: {task.reference})"
-    ref = reference(task.trajectory, robot.parameters, config.period)
-    built = config.built.words()
-    return Case(task.name, task.trajectory.name, label, task.setting, motions, model, ref, built)
+    by_name = {each.stage.plant.name: each for each in found}
+    return Case(
+        task.name,
+        task.trajectory.name,
+        label,
+        task.setting,
+        {name: each.motion for name, each in by_name.items()},
+        drawn_model([each.stage.plant for each in found]),
+        reference(task.trajectory, robot.parameters, config.period),
+        config.built.words(),
+        bands={name: each.band for name, each in by_name.items() if each.band is not None},
+        shown={name: each.shown_words for name, each in by_name.items()},
+    )
 
 
 def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:
@@ -236,12 +291,6 @@ def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str,
         for plant in every
         if plant.mjcf is not None and plant.mjcf != kept
     }
-
-
-def tip_difference(first: Motion, second: Motion) -> float | None:
-    """Return the rms distance of two plants' tips while both ran [m]; None if one never did."""
-    rows = min(len(first.time), len(second.time))
-    return rms_distance(first.tip[:rows], second.tip[:rows]) if rows else None
 
 
 command = Study(run, report.tables, report.verdict, report.figures, report.facts, report.files)

@@ -32,12 +32,21 @@ from studies.core.paper import PAPER_MARKERS, paper_envelopes
 
 REFERENCE_STYLE: dict[str, Any] = {"color": "0.74", "linewidth": 7.5, "linestyle": (0, (1.4, 0.6))}
 CASE_HEIGHT = 9.5  # [in]
+SHADE = 0.3  # opacity of what all runs cover
 
 
-def _label(motion: Motion) -> str:
-    """Return a plant's legend entry, with the time it diverged at if it did."""
+def _label(case: Case, motion: Motion) -> str:
+    """Return a plant's legend entry: which run it is, and the time it diverged at if it did."""
+    which = f": {case.shown[motion.plant]}" if motion.plant in case.shown else ""
     fate = "" if motion.diverged is None else f", diverged at {motion.diverged:.3f} s"
-    return spoken(motion.plant) + fate
+    return spoken(motion.plant) + which + fate
+
+
+def _draw_bands(axes: Axes, case: Case, curve: str) -> None:
+    """Shade what all runs of a plant cover, of 'x', 'y' or 'v', pale below the runs shown."""
+    for plant, band in case.bands.items():
+        ends = MM * band.v if curve == "v" else band.tip[..., "xy".index(curve)]
+        axes.fill_between(band.time, *ends, color=style(plant)["color"], alpha=SHADE, linewidth=0)
 
 
 def _mark_divergence(axes: Axes, motion: Motion, x: Any, y: Any) -> None:
@@ -54,6 +63,7 @@ def _over_time(axes: Axes, case: Case, label: str, curve: str) -> None:
         axes.axhline(0.0, color="0.68", linewidth=1.0)
     else:
         axes.plot(time, tip[:, "xy".index(curve)], **REFERENCE_STYLE)
+    _draw_bands(axes, case, curve)
     for motion in case.motions.values():
         value = MM * motion.v if curve == "v" else motion.tip[:, "xy".index(curve)]
         axes.plot(motion.time, value, **style(motion.plant))
@@ -66,11 +76,16 @@ def _draw_path(axes: Axes, case: Case) -> None:
     """Draw the tips' paths over the reference path; the legend's entries are its curves'."""
     _, reference = case.reference_tip
     axes.plot(*reference.T, **REFERENCE_STYLE, label="reference")
+    for plant, band in case.bands.items():
+        for tip in band.paths:
+            axes.plot(*tip.T, color=style(plant)["color"], alpha=SHADE, linewidth=0.8)
     for motion in case.motions.values():
-        axes.plot(*motion.tip.T, **style(motion.plant), label=_label(motion))
+        axes.plot(*motion.tip.T, **style(motion.plant), label=_label(case, motion))
         _mark_divergence(axes, motion, *motion.tip.T)
     start = reference[:1].T
     axes.plot(*start, "o", color="0.15", markerfacecolor="none", markersize=11, label="start")
+    if case.bands:
+        axes.fill([], [], color="0.4", alpha=SHADE, linewidth=0, label="pale: all runs")
     axes.set(xlabel="x [m]", ylabel="y [m]", title="path of the tip")
     axes.set_aspect("equal", adjustable="datalim")
 
@@ -78,7 +93,10 @@ def _draw_path(axes: Axes, case: Case) -> None:
 def case_figure(case: Case) -> Figure:
     """Return x(t), y(t), v(t) and the path of the tip, both plants over the dashed reference.
 
-    case: with at least one motion.
+    Shaded: what all runs cover; on the path, the first of them as thin lines.
+
+    Args:
+        case: with at least one motion.
     """
     figure = Figure(figsize=(WIDTH, CASE_HEIGHT), dpi=DPI, layout="constrained")
     axes = figure.subplot_mosaic(
@@ -96,11 +114,11 @@ def case_figure(case: Case) -> Figure:
         f"trajectory: {case.trajectory}   ·   controllers: {case.controllers}   ·   "
         f"setting: {case.setting}"
     )
-    return finish(figure, [axes["path"], axes["x"], axes["y"], axes["v"]], legend=4, title=title)
+    return finish(figure, [axes["path"], axes["x"], axes["y"], axes["v"]], legend=5, title=title)
 
 
 def _draw_row(axes: Axes, row: CompareRow, height: float) -> None:
-    """Draw one plant's half-width, or a note that it diverged."""
+    """Draw one plant's half-width with its interval, or a note that it diverged."""
     marker, how = mark(row.plant)
     if row.found.envelope is None or row.found.diverged:
         place = axes.get_yaxis_transform()
@@ -110,6 +128,9 @@ def _draw_row(axes: Axes, row: CompareRow, height: float) -> None:
         )
         return
     axes.plot(row.found.envelope, height, marker, color=how["color"], markersize=10, zorder=3)
+    low, high = row.found.interval("envelope")
+    if low is not None and high is not None:
+        axes.plot([low, high], [height] * 2, "|-", color="0.15", markersize=12, zorder=4)
 
 
 def _draw_legend(axes: Axes, plants: Sequence[str]) -> None:

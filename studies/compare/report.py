@@ -13,37 +13,49 @@ from flexsim.recording.rrd import write_recording
 from flexsim.recording.traces import MM, spoken
 from studies.compare.figures import case_figure, summary_figure
 from studies.compare.rows import CompareRow, Comparison, TrueTipRow
+from studies.core.evidence.check_sample import SAME
+from studies.core.evidence.digits import percent, supported, with_interval
 from studies.core.folder import origin, versions
-from studies.core.table import Column, Table, value
+from studies.core.table import Column, Table
 
 OURS, TABLE_2, TRUE_TIP = "ours", "Table 2", "true tip"  # groups of cases
 TITLES = {OURS: "Our controllers", TABLE_2: "The paper's Table 2"}
-MEDIANS = "Medians over runs whose gains differ in their fourth digits; quartiles in results.csv."
-EFFORT = (
+MEDIANS = (
+    "Medians over runs whose gains differ in their fourth digits, with 95 % intervals by order "
+    "statistics; of ratios, by a bootstrap of the pairs. Digits are those that the interval "
+    "supports; intervals and quartiles of all in results.csv."
+)
+ERRORS = "Runs; the paper's envelopes; errors and v [mm]"
+TORQUES = (
     "Commanded torques: rms of each, total variation of both [N m]; growth of v in the hold [1/s]"
 )
-COARSE = 0.1  # [m] from which on no decimals are shown
 
 
 def _mm(length: float | None, digits: int = 1) -> str:
-    """Return a length in mm, without decimals from 100 on."""
-    if length is None:
-        return "-"
-    return f"{MM * length:.{digits if abs(length) < COARSE else 0}f}"
+    """Return a length in mm."""
+    return "-" if length is None else f"{MM * length:.{digits}f}"
 
 
-def _length(key: str, heading: str | None = None, digits: int = 1) -> Column:
-    """Return a column of lengths in mm."""
-    return Column(key, heading, form=lambda row: _mm(value(row, key), digits))
+def _sure(name: str, scale: float = 1.0, most: int = 2, sign: str = "") -> Callable[[Any], str]:
+    """Return how a figure of a row is shown, in the digits that its interval supports."""
+
+    def shown(row: CompareRow) -> str:
+        low, high = row.found.interval(name)
+        return supported(getattr(row.found, name), low, high, scale, most, sign)
+
+    return shown
 
 
-def _number(found: float | None, form: str) -> str:
-    return "-" if found is None else format(found, form)
+def _envelope(row: CompareRow) -> str:
+    """Return the median envelope with its interval [mm]."""
+    low, high = row.found.interval("envelope")
+    return with_interval(row.found.envelope, low, high, scale=MM)
 
 
-def _plain(name: str, form: str) -> Callable[[CompareRow], str]:
-    """Return how a figure is shown that a case may not have."""
-    return lambda row: _number(getattr(row.found, name), form)
+def _ratio(row: CompareRow) -> str:
+    """Return the ratio to the first plant's envelope with its interval."""
+    a = row.against
+    return with_interval(a.ratio, a.ratio_low, a.ratio_high, most=3)
 
 
 def _variation(row: CompareRow) -> str:
@@ -56,30 +68,42 @@ def _paper(row: CompareRow) -> str:
     return f"{_mm(row.paper_simulation)} | {_mm(row.paper_laboratory)}"
 
 
-COLUMNS = (
+def _columns(plants: Sequence[str]) -> tuple[Column, ...]:
+    """Return the columns of envelopes: one for each plant, then the second's ratio to the first."""
+    return (
+        Column("case", "trajectory", once=True),
+        *(
+            Column("envelope", spoken(name), form=_envelope, once=True, where={"plant": name})
+            for name in plants
+        ),
+        Column("ratio", form=_ratio, once=True, where={"plant": plants[1]}),
+    )
+
+
+ERROR_COLUMNS = (
     Column("case", "trajectory", once=True),
-    _length("envelope"),
+    Column("runs", form=lambda row: str(row.found.runs)),
     Column("paper", "paper sim | lab", form=_paper, once=True),
-    _length("rms_error"),
-    _length("max_v", "max |v|"),
+    Column("rms_error", form=_sure("rms_error", MM)),
+    Column("max_v", "max |v|", form=_sure("max_v", MM)),
 )
-EFFORT_COLUMNS = (
+TORQUE_COLUMNS = (
     Column("case", "trajectory", once=True),
-    Column("rms_torque_1", "rms torque 1", form=_plain("rms_torque_1", ".2f")),
-    Column("rms_torque_2", "rms torque 2", form=_plain("rms_torque_2", ".3f")),
+    Column("rms_torque_1", "rms torque 1", form=_sure("rms_torque_1")),
+    Column("rms_torque_2", "rms torque 2", form=_sure("rms_torque_2", most=3)),
     Column("variation", "variation", form=_variation),
-    Column("growth", form=_plain("growth", "+.1f")),
+    Column("growth", form=_sure("growth", most=1, sign="+")),
 )
 TRUE_TIP_COLUMNS = (
     Column("reference", "trajectory, setting; reference", form="", once=True),
-    _length("envelope", digits=2),
+    Column("envelope", form=lambda row: _mm(row.envelope, 2)),
     Column("share", form=".2f"),
     Column("dead_zone_error", "dead zone", form=lambda _: "", once=True),
 )
 TRUE_TIP_SECTION = (
     Column("trajectory", form=lambda row: f"{row.trajectory}, {row.setting}"),
     *(Column("reference", form=lambda _: ""),) * 2,
-    _length("dead_zone_error"),
+    Column("dead_zone_error", form=lambda row: _mm(row.dead_zone_error)),
 )
 
 
@@ -89,14 +113,14 @@ def tables(result: Comparison) -> list[Table]:
     shown = [Table(result.rows, key="rows", file="results.csv")]
     for group, name in TITLES.items():
         mine = [row for row in result.rows if row.group == group]
-        title = f"{name}, setting {mine[0].setting}: envelope half-width, errors, v"
-        if group == OURS:
-            title = f"In mm: {plants}\n\n{title}"
-        note = f" {group_verdict(mine)}\n"
+        title = f"{name}, setting {mine[0].setting}: envelope half-width [mm]"
+        names = list(dict.fromkeys(row.plant for row in mine))
         line = ("trajectory", "controllers")
-        shown.append(Table(mine, COLUMNS, title, note, line=line))
+        note = f" {group_verdict(mine)}\n"
+        shown.append(Table(mine, _columns(names), title, note, line=line, tight=True))
+        shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", line=line))
         if group == OURS:
-            shown.append(Table(mine, EFFORT_COLUMNS, EFFORT, "\n", line=line))
+            shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line))
     return [*shown, _true_tip(result.rows)]
 
 
@@ -126,32 +150,53 @@ def true_tip_rows(rows: Sequence[CompareRow]) -> list[TrueTipRow]:
 
 
 def group_verdict(rows: Sequence[CompareRow]) -> str:
-    """Return in words whether controllers hold and the plants agree, for one setting's rows."""
+    """Return in words whether runs stay bounded and plants agree, for one setting's rows."""
     one, other = dict.fromkeys(row.plant for row in rows)
-    widths: dict[tuple[str, str], dict[str, float | None]] = {}
-    for row in rows:
-        widths.setdefault((row.trajectory, row.controllers), {})[row.plant] = row.found.envelope
-    ratios = []
-    for case in widths.values():
-        first, second = case[one], case[other]
-        if first and second:
-            ratios.append(second / first)
+    ratios = [row.against.ratio for row in rows if row.against.ratio is not None]
     spread = f"{min(ratios):.2f} to {max(ratios):.2f} times" if ratios else "an unknown multiple of"
-    held = sum(not row.found.diverged for row in rows)
-    lost = "".join(
-        f"\n {row.case}: {100 * row.found.diverged_share:.0f} % diverged, {row.plant}"
-        for row in rows
-        if row.found.diverged
-    )
+    bounded = sum(not row.found.diverged for row in rows)
+    lost = "".join(f"\n {_diverged(row)}" for row in rows if row.found.diverged)
     return (
-        f"{held} of {len(rows)} hold; envelopes of the {spoken(other)} are {spread} those of the "
-        f"{spoken(one)}.{lost}"
+        f"{bounded} of {len(rows)} stay bounded; envelopes of the {spoken(other)} are {spread} "
+        f"those of the {spoken(one)}.{lost}"
     )
+
+
+def _diverged(row: CompareRow) -> str:
+    """Return in words how large a share of runs diverged."""
+    ends = row.found.interval("diverged_share")
+    share = percent(row.found.diverged_share, *(each or 0.0 for each in ends))
+    return f"{row.case}, {spoken(row.plant)}: {share} of {row.found.runs} diverged"
 
 
 def verdict(result: Comparison) -> str:
-    """Return what the numbers are, and which model was used beyond itself."""
-    return MEDIANS + "".join(f"\nNote: {each}" for each in beyond_itself(result))
+    """Return what the numbers are, what MuJoCo's own runs say, what was used beyond itself."""
+    notes = [*_checked(result.rows), *beyond_itself(result)]
+    return MEDIANS + "".join(f"\nNote: {each}" for each in notes)
+
+
+def _checked(rows: Sequence[CompareRow]) -> list[str]:
+    """Return what became of the check samples: the same, of the same distribution, or outside."""
+    found = []
+    for plant in dict.fromkeys(row.plant for row in rows):
+        mine = [row for row in rows if row.plant == plant and row.check.check_runs]
+        if not mine:
+            continue
+        same = [row for row in mine if (row.check.check_difference or 0.0) <= SAME]
+        inside = sum(bool(row.check.check_inside) for row in mine)
+        most = max(row.check.check_runs for row in mine)
+        found.append(
+            f"{spoken(plant)}: repeats in closed form; {most} of MuJoCo's own in every case: "
+            f"in {len(same)} of {len(mine)} cases the same to a micrometre, in {inside} inside"
+        )
+        found += [
+            f"{row.case}, setting {row.setting}: MuJoCo's runs lie outside of the closed form's; "
+            f"{row.check.check_outside} of {row.check.check_runs} beyond them all, median "
+            f"{_mm(row.check.check_median)} mm"
+            for row in mine
+            if not row.check.check_inside
+        ]
+    return found
 
 
 def beyond_itself(result: Comparison) -> list[str]:

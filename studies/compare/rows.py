@@ -6,8 +6,38 @@ from dataclasses import dataclass
 
 from flexsim.recording.case import Case
 from flexsim.robot import Robot
+from studies.core.evidence.check_sample import NO_CHECK, Check
 from studies.core.evidence.repeats import Medians
 from studies.core.paper import case_name
+
+
+@dataclass(frozen=True)
+class Against:
+    """A plant's median envelope against that of the first plant named, with 95 % intervals.
+
+    Attributes:
+        ratio: to the first plant's. difference: from it [m]. None where either has no median, and
+            ends where there is no interval.
+    """
+
+    ratio: float | None = None
+    ratio_low: float | None = None
+    ratio_high: float | None = None
+    difference: float | None = None
+    difference_low: float | None = None
+    difference_high: float | None = None
+
+
+@dataclass(frozen=True)
+class TipDifference:
+    """Rms distance of two plants' tips, pair by pair [m]: its median and 95 % interval."""
+
+    tip_difference: float | None = None
+    tip_difference_low: float | None = None
+    tip_difference_high: float | None = None
+
+
+NO_OTHER, NO_TIPS = Against(), TipDifference()
 
 
 @dataclass(frozen=True)
@@ -17,7 +47,12 @@ class CompareRow:
     Attributes:
         reference: mirrored tip, or shaped for the true tip. found: over runs with perturbed gains.
         paper_simulation, paper_laboratory: Table 3's envelopes [m]. dead_zone_error: what the dead
-            zone of joint 2 hides, at the tip [m]. tip_difference: rms between the plants [m].
+            zone of joint 2 hides, at the tip [m].
+        hardware: in words. zeta: damping ratio of mode 1. simulated: the plant that made the
+            repeats, another than `plant` for MuJoCo's chain.
+        shown: which run figures and recording show, counted from 1.
+        check: MuJoCo's own runs among its closed form's.
+        against: the first plant of the case; all None for itself.
     """
 
     controllers: str
@@ -30,7 +65,13 @@ class CompareRow:
     paper_simulation: float | None
     paper_laboratory: float | None
     dead_zone_error: float
-    tip_difference: float | None = None
+    hardware: str = "ideal"
+    zeta: float = 0.0
+    simulated: str = ""
+    shown: int = 1
+    check: Check = NO_CHECK
+    against: Against = NO_OTHER
+    tips: TipDifference = NO_TIPS
 
     @property
     def case(self) -> str:

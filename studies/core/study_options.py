@@ -75,7 +75,9 @@ class StudyOptions(HardwareOptions, RobotOptions):
 
 
 def _cut(content: Any, most: int) -> Any:
-    return content[:most] if isinstance(content, tuple) else min(content, most)
+    if isinstance(content, tuple):
+        return content[:most]
+    return most if content is None else min(content, most)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +124,8 @@ def check(config: Any) -> None:
         ParameterError: a number out of range, a list that is empty or has a name twice.
     """
     for name, least in LEAST.items():
-        if (count := getattr(config, name, least)) < least:
+        count = getattr(config, name, least)
+        if count is not None and count < least:
             raise ParameterError(f"{name.replace('_', ' ')} is {count}; give {least} or more")
     for name in NAMES:
         given = getattr(config, name, ("any",))

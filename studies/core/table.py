@@ -117,7 +117,7 @@ class Table:
         line: items in common to the rows on one line; without, each row has its own.
         across: what those rows differ in; every cell names all of them in the same order.
         section: columns in common to several lines, written once above them.
-        tight: one blank between columns, not three, and none between plants.
+        tight: one blank between columns, not three, none between plants, no edge.
     """
 
     rows: Sequence[Any]
@@ -177,7 +177,8 @@ class Table:
 
     def render(self) -> RenderableType:
         """Return the table for the terminal."""
-        grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 0 if self.tight else 1))
+        padding = (0, 0 if self.tight else 1)
+        grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, padding=padding, show_edge=not self.tight)
         for column, heading in zip(self.columns, self.headings(), strict=True):
             side: Literal["left", "right"] = "right" if column.form else "left"
             grid.add_column(Text(heading), justify=side, overflow="fold")

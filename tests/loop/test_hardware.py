@@ -141,6 +141,8 @@ def test_noise_is_the_same_on_both_plants_any_threads_and_another_in_each_run(
     alike = evaluate(modes_plant, noisy, short, [IIR] * 3, stride=1, same_noise=True)
     assert np.array_equal(alike.states[0], runs[2].states[0])
     assert np.array_equal(alike.states[1], alike.states[0])
+    last = evaluate(modes_plant, noisy, short, [IIR], stride=1, first_run=2)
+    assert np.array_equal(last.states[0], runs[2].states[2])
     other = evaluate(modes_plant, with_hardware(Hardware(noise_v=1e-3, seed=8)), short, [IIR])
     assert other.indices[0] != alike.indices[0]
 

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -15,7 +14,7 @@ import pytest
 from quick_run import QuickRun
 
 from controllers import TABLE_2, TUNED, Controller
-from flexsim import FlexsimError, Parameters
+from flexsim import FlexsimError, Parameters, Robot
 from flexsim.loop.trajectories import TRAJECTORIES, trajectory
 from studies.compare.compare import (
     CompareConfig,
@@ -24,10 +23,11 @@ from studies.compare.compare import (
     run,
     run_task,
     tasks,
-    tip_difference,
 )
-from studies.compare.report import group_verdict, tables, true_tip_rows
-from studies.compare.rows import CompareRow, Comparison
+from studies.compare.repeats import Batch, apart
+from studies.compare.report import group_verdict, tables, true_tip_rows, verdict
+from studies.compare.rows import Against, CompareRow, Comparison
+from studies.core.evidence.check_sample import Check
 from studies.core.evidence.repeats import PERTURBATION, medians, perturbed
 from studies.main import main
 
@@ -40,6 +40,7 @@ FIGURES = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}
 PLANTS = ("assumed-modes", "chain")
 SPREAD = 0.1  # relative: of a standard deviation over 1200 draws, five times its own
 FEW = CompareConfig(perturbations=2)
+SHORT = replace(TRAJECTORIES["circle"], duration=1.5, hold=0.2)
 DEFLECTION = 0.25  # [m] the loop stops a run whose v is half the beam's length
 
 
@@ -102,8 +103,16 @@ def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
         assert (first.controllers, first.case, first.setting) == (
             *(second.controllers, second.case, second.setting),
         )
-        assert first.tip_difference == second.tip_difference > 0
+        assert first.tips.tip_difference == second.tips.tip_difference > 0
         assert first.found.envelope != second.found.envelope
+        assert first.against == Against()
+        apart = second.found.envelope - first.found.envelope
+        assert (second.against.difference, second.against.ratio_low) == (apart, None)
+        assert second.against.ratio == second.found.envelope / first.found.envelope
+        assert (first.simulated, second.simulated) == ("assumed-modes", "closed-chain")
+        assert (first.hardware, first.zeta) == ("ideal", 1e-3)
+        assert first.check.check_runs == 0 and second.check.check_runs == 2
+        assert second.check.check_inside is True
 
 
 def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
@@ -112,35 +121,65 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
         assert tuple(case.motions) == PLANTS
         for motion in case.motions.values():
             assert motion.diverged is None
-            assert motion.time[1] == pytest.approx(5e-3, rel=1e-12)  # thinned to 200 Hz
+            assert motion.time[1] == pytest.approx(1e-3, rel=1e-12)  # the control rate
+        assert tuple(case.bands) == PLANTS
+        assert {band.runs for band in case.bands.values()} == {2}
+        assert all(words.endswith(" of 2, the median") for words in case.shown.values())
     assert sorted(comparison.mjcf) == ["chain_reconstructed.xml", "chain_simulink.xml"]
     for text in comparison.mjcf.values():
         assert mujoco.MjModel.from_xml_string(text).nv == 8
 
 
 def test_tables_have_every_row(comparison: Comparison) -> None:
-    written, ours, torques, papers, none = tables(comparison)
+    written, ours, errors, torques, papers, _, none = tables(comparison)
     assert written.rows == comparison.rows and not none.rows
     for table in (ours, papers):
-        assert "8 of 8 hold" in table.note
+        assert "8 of 8 stay bounded" in table.note
         lines = [table.cells(rows) for rows in table.lines()]
         assert [line[0] for line in lines] == ["line", "two-loop", "circle", "line by two-loop"]
-    envelopes = [table.cells(rows)[1] for table in (ours, papers) for rows in table.lines()]
-    for shown, pair in zip(envelopes, pairs(comparison.rows), strict=True):
-        assert shown == " | ".join(f"{1e3 * row.found.envelope:.1f}" for row in pair)
+        for line, (first, second) in zip(lines, pairs(table.rows), strict=True):
+            assert line[1] == f"{1e3 * first.found.envelope:.1f}"
+            assert line[2] == f"{1e3 * second.found.envelope:.1f}"
+            assert line[3] == f"{second.found.envelope / first.found.envelope:.1f}"
+    for line, pair in zip(errors.lines(), pairs(errors.rows), strict=True):
+        case, runs, _, error, v = errors.cells(line)
+        assert case == ours.cells(line)[0] and runs == "2 | 2"
+        assert error == " | ".join(f"{1e3 * row.found.rms_error:.1f}" for row in pair)
+        assert v == " | ".join(f"{1e3 * row.found.max_v:.1f}" for row in pair)
     for line, pair in zip(torques.lines(), pairs(torques.rows), strict=True):
         case, first, _, variation, growth = torques.cells(line)
         assert case == ours.cells(line)[0]
-        assert first == " | ".join(f"{row.found.rms_torque_1:.2f}" for row in pair)
+        assert first == " | ".join(f"{row.found.rms_torque_1:.1f}" for row in pair)
         sums = [row.found.variation_1 + row.found.variation_2 for row in pair]
         assert variation == " | ".join(f"{each:.0f}" for each in sums)
         assert growth == " | ".join(f"{row.found.growth:+.1f}" for row in pair)
+
+
+def test_envelopes_are_shown_with_their_intervals() -> None:
+    """In the digits that these support, in columns by the plants' names."""
+    config = CompareConfig(perturbations=7, circle=SHORT)
+    task = named("tuned_circle", config)
+    plants = plants_of(config, task.setting)
+    rows, _ = run_task(task, plants, config)
+    result = Comparison([*rows, *(replace(row, group="Table 2") for row in rows)], [], *[None] * 2)
+    table = tables(result)[1]
+    assert table.headings() == ["trajectory", "assumed modes", "chain", "ratio"]
+    ((_, *cells),) = (table.cells(line) for line in table.lines())
+    for cell, row in zip(cells, rows, strict=False):
+        assert float(cell.split()[0]) == pytest.approx(1e3 * row.found.envelope, abs=0.05)
+        assert cell.endswith("]") and row.found.envelope_low is not None
+    against = rows[1].against
+    assert against.ratio_low <= against.ratio <= against.ratio_high
+    assert against.difference_low <= against.difference <= against.difference_high
+    assert float(cells[2].split()[0]) == pytest.approx(against.ratio, abs=5e-3)
 
 
 def test_cells_are_paired_by_name(comparison: Comparison) -> None:
     """However the rows are ordered, the first plant named is the first of every cell."""
     again = replace(comparison, rows=[comparison.rows[0], *reversed(comparison.rows[1:])])
     ours, other = (tables(each)[1] for each in (comparison, again))
+    assert sorted(ours.headings()) == sorted(other.headings())
+    ours, other = (tables(each)[2] for each in (comparison, again))
     assert {tuple(ours.cells(rows)) for rows in ours.lines()} == {
         tuple(other.cells(rows)) for rows in other.lines()
     }
@@ -150,28 +189,23 @@ def pairs(rows: list[CompareRow]) -> list[tuple[CompareRow, CompareRow]]:
     return list(zip(rows[::2], rows[1::2], strict=True))
 
 
-@pytest.mark.parametrize("plant", [0, 1])
 @pytest.mark.parametrize("name", ["tuned_line", "table2_line"])
-def test_rows_do_not_depend_on_threads(name: str, plant: int, comparison: Comparison) -> None:
+def test_rows_do_not_depend_on_threads(name: str, comparison: Comparison) -> None:
     task = named(name)
     alone = replace(FEW, threads=1)
-    row, motion = run_task(task, plants_of(alone, task.setting)[plant], alone)
-    known = next(case for case in comparison.cases if case.name == name).motions[PLANTS[plant]]
-    np.testing.assert_array_equal(motion.state, known.state)
-    place = 2 * [each.name for each in tasks(FEW)].index(name) + plant
-    known_row = comparison.rows[place]
-    assert replace(row, tip_difference=known_row.tip_difference) == known_row
+    rows, found = run_task(task, plants_of(alone, task.setting), alone)
+    known = next(case for case in comparison.cases if case.name == name).motions
+    for each in found:
+        np.testing.assert_array_equal(each.motion.state, known[each.motion.plant].state)
+    place = 2 * [each.name for each in tasks(FEW)].index(name)
+    assert rows == comparison.rows[place : place + 2]
 
 
-def test_the_seed_moves_medians_and_nothing_else() -> None:
-    """The nominal motion knows nothing of it."""
-    other = replace(FEW, seed=2)
-    for name, moves in (("table2_circle", True), ("tuned_circle", True)):
-        task = named(name)
-        plant = plants_of(FEW, task.setting)[0]
-        (first, seen), (second, again) = (run_task(task, plant, each) for each in (FEW, other))
-        assert (first.found.envelope != second.found.envelope) is moves
-        np.testing.assert_array_equal(seen.state, again.state)
+def test_the_seed_moves_medians() -> None:
+    task = named("tuned_circle")
+    plants = plants_of(FEW, task.setting)[:1]
+    (first,), (second,) = (run_task(task, plants, replace(FEW, seed=seed))[0] for seed in (1, 2))
+    assert first.found.envelope != second.found.envelope
 
 
 def test_perturbations_change_the_fourth_digit() -> None:
@@ -208,38 +242,51 @@ def test_an_unstable_controller_is_reported_as_diverged(
         task.controller,
         joint1=replace(task.controller.joint1, k1=-1e3 * task.controller.joint1.k1),
     )
-    row, motion = run_task(replace(task, controller=wild), plants_of(FEW, task.setting)[plant], FEW)
-    assert row.found.diverged is True and row.found.envelope is None
-    assert motion.diverged is not None and 0 < row.found.diverged_at == motion.diverged < 5
+    (row,), (found,) = run_task(
+        replace(task, controller=wild), plants_of(FEW, task.setting)[plant : plant + 1], FEW
+    )
+    motion = found.motion
+    assert row.found.diverged is True and row.found.envelope is None and found.band is None
+    assert motion.diverged is not None and 0 < row.found.diverged_at <= motion.diverged < 5
     assert np.isfinite(motion.tip).all()
     assert capfd.readouterr() == ("", "") and not list(tmp_path.iterdir())
 
 
-def made(plant: str, envelope: float | None, shape: str) -> CompareRow:
-    diverged = envelope is None
-    found = medians([{"envelope": envelope, "diverged": diverged, "diverged_at": 1.0}])
+def made(plant: str, envelope: float | None, shape: str, ratio: float | None = None) -> CompareRow:
+    run = {"envelope": envelope, "diverged": envelope is None, "diverged_at": 1.0}
     names = (f"tuned {shape}", shape, plant, "simulink", "ours", "mirrored tip")
-    return CompareRow(*names, found, None, None, 0.0)
+    return CompareRow(*names, medians([run] * 20), None, None, 0.0, against=Against(ratio))
 
 
 def test_verdict_counts_and_compares() -> None:
-    given = [(0.010, "line"), (0.012, "line"), (0.020, "circle"), (None, "circle")]
+    given = [(0.010, "line"), (0.012, "line", 1.2), (0.020, "circle"), (None, "circle")]
     plants = ["assumed-modes", "chain:8"] * 2
     rows = [made(plant, *each) for plant, each in zip(plants, given, strict=True)]
     assert group_verdict(rows) == (
-        "3 of 4 hold; envelopes of the chain 8 are 1.20 to 1.20 times those of the assumed modes."
-        "\n circle: 100 % diverged, chain:8"
+        "3 of 4 stay bounded; envelopes of the chain 8 are 1.20 to 1.20 times those of the assumed "
+        "modes.\n circle, chain 8: 100 % [84, 100] of 20 diverged"
     )
-    assert group_verdict(rows[2:]).startswith("1 of 2 hold; envelopes of the chain 8 are an unkn")
+    bounded = group_verdict(rows[2:])
+    assert bounded.startswith("1 of 2 stay bounded; envelopes of the chain 8 are an unkn")
+
+
+def test_a_check_sample_outside_is_said() -> None:
+    rows = [made("assumed-modes", 0.01, "line"), made("chain", 0.01, "line")]
+    outside = replace(rows[1], check=Check(20, 0.013, 0.004, 17, False))
+    same = replace(rows[1], check=Check(20, 0.010, 1e-12, 0, True))
+    said = verdict(Comparison([rows[0], outside, same], [], Robot(), {}))
+    assert "in 1 of 2 cases the same to a micrometre, in 1 inside" in said
+    assert "17 of 20 beyond them all, median 13.0 mm" in said
 
 
 def test_tip_difference_is_over_what_both_ran() -> None:
-    def motion(*tips: tuple[float, float]) -> Any:
-        return SimpleNamespace(time=np.arange(len(tips)), tip=np.reshape(tips, (-1, 2)))
+    def ran(*tips: tuple[float, float]) -> Batch:
+        return Batch([], np.reshape(tips, (1, -1, 2)), np.zeros((1, len(tips))))
 
-    first = motion((0.0, 0.0), (1.0, 0.0), (9.0, 9.0))
-    assert tip_difference(first, motion((3.0, 4.0), (1.0, 0.0))) == np.sqrt(25 / 2)
-    assert tip_difference(first, motion()) is None
+    nan = (np.nan, np.nan)
+    first = ran((0.0, 0.0), (1.0, 0.0), (9.0, 9.0))
+    assert apart(first, ran((3.0, 4.0), (1.0, 0.0), nan)) == [np.sqrt(25 / 2)]
+    assert apart(first, ran(nan, nan, nan)) == []
 
 
 @pytest.mark.parametrize(
@@ -316,10 +363,10 @@ def test_references_for_the_true_tip() -> None:
     config = CompareConfig(perturbations=1, true_tip=True)
     rows = true_tip_rows(
         [
-            run_task(task, plant, config)[0]
+            row
             for task in tasks(config)
             if task.group == "true tip"
-            for plant in plants_of(config, task.setting)
+            for row in run_task(task, plants_of(config, task.setting), config)[0]
         ]
     )
     assert len(rows) == 2 * 3 * (2 + 3)

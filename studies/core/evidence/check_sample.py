@@ -37,14 +37,18 @@ class Check:
             which neither diverged; None where there are none.
         check_outside: how many lie outside of all repeats.
         check_inside: whether each is the same as its repeat within SAME, or else the number
-            outside and the median's rank are what chance gives in all but ODDS of samples.
+            outside and the median's rank are what chance gives in all but ODDS of samples; None
+            where there is no sample.
     """
 
     check_runs: int
     check_median: float | None
     check_difference: float | None
-    check_outside: int
-    check_inside: bool
+    check_outside: int | None
+    check_inside: bool | None
+
+
+NO_CHECK = Check(0, None, None, None, None)  # of a plant that needs none
 
 
 def outside_odds(outside: int, runs: int, sample: int) -> float:
