@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,7 @@ JOBS: tuple[tuple[Callable[[str], None], str], ...] = (  # the longest first
     (_open, "chain"),
     (_open, "rod"),
     (_open, "closed-chain"),
+    *(((_closed, "exudyn"), (_open, "exudyn")) if find_spec("exudyn") else ()),
 )
 
 

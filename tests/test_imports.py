@@ -160,6 +160,10 @@ def test_rerun_stays_in_recording_and_watch() -> None:
     assert {path for path in users_of("rerun") if not path.startswith(RERUN)} == set()
 
 
+def test_exudyn_stays_in_its_room() -> None:
+    assert users_of("exudyn") == {"flexsim/plants/exudyn_beam/system.py"}
+
+
 def test_rooms_have_about_a_dozen_files() -> None:
     for package in PACKAGES:
         for folder in [ROOT / package, *(ROOT / package).rglob("*/")]:

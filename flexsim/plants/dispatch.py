@@ -17,10 +17,12 @@ from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
 from flexsim.plants.closed_form_chain import ROWS, ClosedChain, closed_chain_step
+from flexsim.plants.exudyn_beam.calls import exudyn_step, exudyn_tip
+from flexsim.plants.exudyn_beam.frames import ExudynBeam
 from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
 from flexsim.plants.printed import PrintedModes, printed_acceleration
 
-Coefficients = AssumedModes | PrintedModes | Chain | ClosedChain | Rod
+Coefficients = AssumedModes | PrintedModes | Chain | ClosedChain | Rod | ExudynBeam
 
 
 @jit
@@ -78,6 +80,7 @@ _STEPS: dict[type, Callable[..., Any]] = {
     Chain: chain_step,
     ClosedChain: closed_chain_step,
     Rod: rod_step,
+    ExudynBeam: exudyn_step,
 }
 _TIPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_tip,
@@ -85,6 +88,7 @@ _TIPS: dict[type, Callable[..., Any]] = {
     Chain: chain_tip,
     ClosedChain: closed_chain_tip,
     Rod: rod_tip,
+    ExudynBeam: exudyn_tip,
 }
 
 

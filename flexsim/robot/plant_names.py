@@ -10,9 +10,10 @@ import re
 
 from flexsim.errors import ParameterError
 
-KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod")
+KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod", "exudyn")
 PLANT_HELP = (
-    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N] or rod[:N]"
+    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod[:N] or "
+    "exudyn[:N]"
 )
 
 

@@ -6,8 +6,8 @@
     >>> rigid = robot.plant("rigid")
 
 Plants are named `rigid`, `assumed-modes`, `printed`, `chain` (MuJoCo's), `closed-chain` (the same
-chain's equations, compiled), `untuned` and `rod`, with a size after a colon where there is one:
-`assumed-modes:5`, `chain:10`.
+chain's equations, compiled), `untuned`, `rod` and `exudyn` (the beam of another code, an extra),
+with a size after a colon where there is one: `assumed-modes:5`, `chain:10`.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant, stable_modes_step
 from flexsim.plants.rod_as_beam import require_uniform
 from flexsim.plants.rod_plant import RodPlant
+from flexsim.robot.exudyn_arm import exudyn_plant
 from flexsim.robot.held_friction import shortened, steepest, too_long
 from flexsim.robot.papers_beam import with_papers_beam
 from flexsim.robot.plant_names import plant_kind
@@ -277,6 +278,10 @@ class Robot:
                 f"plant {name!r} is made from a uniform beam, not from {self.file.source}; "
                 "leave out --mjcf, or choose chain or closed-chain"
             )
+        if kind == "exudyn":
+            if self.rod is not None:
+                require_uniform(self.rod)
+            return exudyn_plant(self._parameters(setting), setting, size, chain_step, name)
         if kind == "rod" and self.rod is not None:
             return self._rod_plant(self.rod, setting, size, chain_step, name)
         if kind == "rod":

@@ -1,0 +1,1 @@
+"""EXUDYN's beam as a plant: another author's elements, joints and integrator."""
