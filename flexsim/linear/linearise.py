@@ -22,6 +22,7 @@ from flexsim.loop.hardware import lag_factors
 from flexsim.numerics.clocks import whole_substeps
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
+from flexsim.plants.exudyn_beam.system import HALVES
 from flexsim.plants.linear_plant import LinearPlant
 
 
@@ -31,7 +32,7 @@ def linearise(
     """Return the linearisation of any plant about rest.
 
     Args:
-        plant: assumed modes of either form, a chain, or a rod.
+        plant: assumed modes of either form, a chain, a rod, or EXUDYN's beam.
         theta2: of the pose [rad].
         joint_damping: (2,) viscous friction that is taken from the torques at the motors, beside
             the plant's own at the joints [N m s/rad].
@@ -104,7 +105,8 @@ def stepped_hold(
 
     RK4 is the exponential's series to fourth order; Euler, implicit and implicitfast are
     semi-implicit, with the dampers' forces at the end of the step; discrete has the springs' there,
-    too. Their damping of the fastest modes is included.
+    too; trapezoidal takes means of both ends, twice in a step. Their damping of the fastest modes
+    is included.
 
     Args:
         integrator: of the plant.
@@ -122,6 +124,8 @@ def stepped_hold(
         X = _augmented(linear) * step
         one = np.eye(len(X))
         X = one + X @ (one + X / 2 @ (one + X / 3 @ (one + X / 4)))
+    elif integrator == "trapezoidal":
+        X = np.linalg.matrix_power(_trapezoidal(linear, step / len(HALVES)), len(HALVES))
     else:
         h, M, D, K = step, linear.M, linear.D, linear.K
         ahead = M + h * D
@@ -139,6 +143,16 @@ def stepped_hold(
         X[n + 2 :, n:] = np.hstack([0 * one, one])
         n += 2
     return _split(np.linalg.matrix_power(X, substeps), n)
+
+
+def _trapezoidal(linear: LinearPlant, h: float) -> Array:
+    """Return the matrix (n+2, n+2) of one step h [s] of the trapezoidal rule, torques held."""
+    M, D, K, n = linear.M, linear.D, linear.K, len(linear.A)
+    m = len(M)
+    mean = h / 2 * D + h**2 / 4 * K
+    rate = np.linalg.solve(M + mean, np.hstack([-h * K, M - mean, h * linear.S]))  # (m, n+2)
+    place = np.eye(m, n + 2) + h / 2 * (np.eye(m, n + 2, m) + rate)
+    return np.vstack([place, rate, np.eye(2, n + 2, n)])
 
 
 def _augmented(linear: LinearPlant) -> Array:

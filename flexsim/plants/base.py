@@ -57,7 +57,7 @@ class Plant(Protocol):
 
     @property
     def integrator(self) -> str:
-        """What takes the steps: one of `flexsim.numerics.step_limits.INTEGRATORS`."""
+        """What takes the steps: trapezoidal, or of `flexsim.numerics.step_limits.INTEGRATORS`."""
 
     @property
     def mjcf(self) -> str | None:

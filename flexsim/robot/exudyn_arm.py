@@ -14,10 +14,10 @@ from flexsim.robot.held_friction import steepest, too_long
 
 def exudyn_plant(
     parameters: Parameters,
-    setting: Setting | None,
-    elements: int | None,
-    step: float | None,
-    name: str,
+    setting: Setting | None = None,
+    elements: int | None = None,
+    step: float | None = None,
+    name: str = "exudyn",
 ) -> ExudynPlant:
     """Return the plant `exudyn`; elements, step: None for what the tip is converged with.
 

@@ -38,6 +38,7 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
+from flexsim.plants.exudyn_beam.plant import ExudynPlant
 from flexsim.robot import Robot
 from studies.core.carry_out import Study, ticker
 from studies.core.evidence.repeats import perturbed
@@ -60,6 +61,7 @@ QUICK_RUNGS = (
     *("rigid", "assumed-modes:1", "assumed-modes:3", "printed:3"),
     *("chain:4", "chain:6", "untuned:6", "untuned:8", "untuned:10", "rod"),
 )
+EXUDYN, QUICK_EXUDYN = tuple(f"exudyn:{n}" for n in (2, 4, 6, 8, 12)), ("exudyn:4",)
 FILE_MODES = 5  # assumed modes of a file's robot, where it has so many hinges
 FINE = (28, 40, 56)  # segments of the untuned chains; the last two extrapolate
 QUICK_FINE = (12, 16, 24)
@@ -84,17 +86,21 @@ class LadderConfig(ThreadOptions, StudyOptions):
     many segments, whose fastest motions damping makes stiff, can be stepped."""
     quick: bool = False
     """Fewer rungs and steps, half a second of open loop, a coarser reference."""
+    exudyn: bool = False
+    """Add rungs of EXUDYN's beam, an extra: pip install 'flexsim[exudyn]'. Its closed loop is the
+    nominal one only."""
     rounds: int = 10
     """How often each loop is timed, in turn; the least time counts."""
 
 
-def rungs(robot: Robot, quick: bool) -> tuple[str, ...]:
+def rungs(robot: Robot, quick: bool, exudyn: bool = False) -> tuple[str, ...]:
     """Return the names of the plants; a file has no other chain than its own."""
+    more = (QUICK_EXUDYN if quick else EXUDYN) if exudyn else ()
     if robot.file is None:
-        return QUICK_RUNGS if quick else RUNGS
+        return (*(QUICK_RUNGS if quick else RUNGS), *more)
     most = min(FILE_MODES, len(robot.file.lengths))
     modes = (f"assumed-modes:{n}" for n in range(1, most + 1))
-    return ("rigid", *modes, f"printed:{min(MODES, most)}", "chain")
+    return ("rigid", *modes, f"printed:{min(MODES, most)}", "chain", *more)  # refused, if any
 
 
 def open_loop(plant: Plant, torque: str, duration: float) -> Array | None:
@@ -154,12 +160,14 @@ def _converged_file(robot: Robot, motions: Motions) -> Converged:
 def tracking(plant: Plant, chosen: Setting, threads: int | None, shaken: int) -> Tracking:
     """Return how one controller tracks, beside `shaken` copies with other fourth digits."""
     ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
+    shaken = 0 if isinstance(plant, ExudynPlant) else shaken
     every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
     found = measure(plant, chosen, ref, every, threads=threads)
     widths = [each["envelope"] for each in found if not each["diverged"]]
     lost = found[0]["diverged_at"]
     first = widths[0] if lost is None else None
-    return Tracking(first, lost, min(widths, default=None), max(widths, default=None))
+    spread = widths if shaken else []
+    return Tracking(first, lost, min(spread, default=None), max(spread, default=None))
 
 
 def loop_clock(plant: Plant, chosen: Setting, seconds: float) -> Callable[[], float]:
@@ -167,7 +175,8 @@ def loop_clock(plant: Plant, chosen: Setting, seconds: float) -> Callable[[], fl
     whole = reference(trajectory(TASK), plant.parameters)
     kept = whole.time <= seconds
     ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
-    filters = [TUNED[TASK].filters(PERIOD)] * (CHEAP if plant.mjcf is None else 1)
+    cheap = plant.mjcf is None and not isinstance(plant, ExudynPlant)
+    filters = [TUNED[TASK].filters(PERIOD)] * (CHEAP if cheap else 1)
 
     def once() -> float:
         ends = evaluate(plant, chosen, ref, filters, threads=1).diverged
@@ -230,8 +239,8 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
     duration, steps = (QUICK_DURATION, QUICK_STEPS) if config.quick else (DURATION, STEPS)
     motions = partial(motions_of, duration=duration, threads=threads)
     ticker(progress, "ladder", None)
+    plants = [robot.plant(name) for name in rungs(robot, config.quick, config.exudyn)]
     ref = converged(robot, motions, config.quick)
-    plants = [robot.plant(name) for name in rungs(robot, config.quick)]
     rows = plant_rows(plants, ref, motions, config)
     integrators = integrator_rows(robot.chain_plant(), steps, duration, config.rounds)
     return LadderResult(rows, integrators, ref)

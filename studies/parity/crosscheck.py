@@ -33,6 +33,7 @@ from studies.parity.beam_checks import (
     tried,
 )
 from studies.parity.closed_form import parted
+from studies.parity.exudyn_checks import exudyn_checks
 from studies.parity.motion_checks import motion_checks
 from studies.parity.side_by_side import source_of, stands_for
 
@@ -45,6 +46,9 @@ class CrosscheckConfig(RobotOptions):
 
     seed: int = 1
     """Seed of the random states."""
+    exudyn: bool = False
+    """Hold a third code's beam, EXUDYN's, against the exact one and both plants, too; some ten
+    seconds. It is an extra: pip install 'flexsim[exudyn]'."""
     json: bool = False
     """Print one JSON object instead of a table."""
 
@@ -60,7 +64,7 @@ class CrosscheckResult:
     @property
     def beyond(self) -> tuple[str, ...]:
         """Which model was used beyond itself, a note each."""
-        return tuple(each.beyond for each in self.checks if each.beyond)
+        return tuple(dict.fromkeys(each.beyond for each in self.checks if each.beyond))
 
     @property
     def ok(self) -> bool:
@@ -72,15 +76,20 @@ def run(config: CrosscheckConfig) -> CrosscheckResult:
     """Return figures and verdicts."""
     if config.seed < 0:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
-    return checked(config.robot_of(), config.seed)
+    return checked(config.robot_of(), config.seed, config.exudyn)
 
 
-def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
+def checked(robot: Robot, seed: int = 1, exudyn: bool = False) -> CrosscheckResult:
     """Return the figures and verdicts of a robot's two plants; a check that cannot be made fails.
+
+    exudyn: whether EXUDYN's beam is held against both, too.
 
     Raises:
         ModelError: the robot's file has too few hinges, or what no mode has.
+        ParameterError: EXUDYN's beam is asked for, and there is none.
     """
+    if exudyn:
+        robot.plant("exudyn")  # refuses, before anything runs
     chain, stands = robot.chain_plant(), stands_for(robot)
     default = robot.given is None and robot.parameters == Parameters()
     beside = limits_beside(stands, len(chain.chain.lengths), default)
@@ -95,6 +104,8 @@ def checked(robot: Robot, seed: int = 1) -> CrosscheckResult:
             checks += tried("models", lambda: model_checks(stands, modes, chain, limits))
         left_out = LEFT_OUT * stands.reference.truncation(MODES)
         checks += motion_checks(modes, chain, limits, seed, left_out)
+        if exudyn:
+            checks += exudyn_checks(robot, modes, chain, limits, default)
     checks += tried("closed chain to MuJoCo's", lambda: closed_checks(chain, seed))
     return CrosscheckResult(source_of(robot), tuple(checks), remarks(robot, stands))
 

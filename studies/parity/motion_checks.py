@@ -91,9 +91,9 @@ def _modal_basis(chain: ChainPlant, n: int) -> Array:
 
 
 def driven_checks(
-    modes: AssumedModesPlant, chain: ChainPlant, limits: Limits, left_out: float = 0.0
+    modes: Plant, chain: Plant, limits: Limits, left_out: float = 0.0, name: str = "open loop 2 s"
 ) -> list[Check]:
-    """Return the open-loop tip difference under the same torques at two amplitudes.
+    """Return the open-loop tip difference of two plants under the same torques, two amplitudes.
 
     left_out: how far the modes' joint-free frequencies are off those of the beam, relative.
     """
@@ -107,16 +107,16 @@ def driven_checks(
                 drive(plant, setting("none"), torque, theta=POSE) for plant in (modes, chain)
             ]
         except DivergenceError as error:
-            checks.append(check(f"open loop 2 s, {label} torques: {error}", np.inf, 0.0, "m"))
+            checks.append(check(f"{name}, {label} torques: {error}", np.inf, 0.0, "m"))
             continue
         v = float(np.abs(motions[0].v).max())
-        name = f"open loop 2 s, {label} torques (|v| to {1e3 * v:.0f} mm): tip, rms"
+        bent = f"{name}, {label} torques (|v| to {1e3 * v:.0f} mm): tip, rms"
         allowed = (
             v * (TIP_SHARE + left_out + (v / modes.parameters.L) ** 2) if limit is None else limit
         )
         apart = rms_distance(motions[0].tip, motions[1].tip)
         beyond_it = " ".join(beyond(modes.name, v, modes.parameters.L))
-        checks.append(replace(check(name, apart, allowed, "m"), beyond=beyond_it))
+        checks.append(replace(check(bent, apart, allowed, "m"), beyond=beyond_it))
     return checks
 
 

@@ -62,7 +62,8 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     """Poses instead of the trajectory's [rad]."""
     plant: str = "all"
     """all: exact (12 modes, exact hold), assumed-modes and chain; both: the latter two; or one of
-    exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N]."""
+    exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
+    exudyn[:N]."""
     controllers: tuple[str, ...] = tuple(TUNED)
     """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"

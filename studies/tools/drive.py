@@ -41,7 +41,8 @@ class DriveConfig(HardwareOptions, RobotOptions):
     out: Path
     """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k."""
     plant: str = "chain"
-    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N] or rod."""
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
+    exudyn[:N]."""
     setting: str = "none"
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
     theta1: float = 0.0

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 from controllers import TUNED
 from flexsim import DivergenceError, ParameterError, Parameters, Robot
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
+from flexsim.linear.linearise import linearise, stepped_hold
 from flexsim.loop.metrics import rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import closed_loop, drive
@@ -37,6 +38,7 @@ SECOND, AT = 2.0, 0.1  # order in the step, and how near
 DRIFT, SWING = 1e-6, 0.02  # relative, of energy in 0.5 s of free motion, v swinging so far [m]
 OPEN, BENT = 1.6e-6, 0.05  # [m rms] of the assumed modes' tip in 0.5 s, and what shows a difference
 LOST = 1e-2  # [s] within which both are lost with v as it is: v is 0.25 m then
+TINY, LINEAR = 1e-6, 1e-4  # of a state, and what is left of a step's difference from a linear one
 CLOSED = 2e-7  # [m rms] of the tip in closed loop, 0.5 s of the circle, of five modes at 0.125 ms
 
 
@@ -169,6 +171,23 @@ def test_closed_loop_is_that_of_five_modes() -> None:
     assert rms_distance(its.tip, ours.tip) < CLOSED
     mirrored = [run(name, v_gain=1.0).diverged for name in ("exudyn", "assumed-modes:5")]
     assert mirrored[0] is not None and mirrored[0] == pytest.approx(mirrored[1], abs=LOST)
+
+
+def test_its_steps_are_known_to_the_linear_loop() -> None:
+    """So that `flexsim stability --plant exudyn` speaks of the loop that is simulated."""
+    plant = ExudynPlant(replace(P, zeta=5e-3, F_2=0.1))
+    linear = linearise(plant, POSE[1])
+    A, B = stepped_hold(linear, 1e-3, plant.step, plant.integrator)
+    start = np.random.default_rng(1).normal(size=len(A)) * TINY
+    state, tau = plant.rest_state(POSE), np.array([[3.0, -2.0]]) * TINY
+    state[np.concatenate([linear.coordinates, linear.coordinates + plant.m])] += start
+    moved = drive(plant, setting("none"), tau, state=state).state
+    rest = linear.state(plant.rest_state(POSE)[None])[0]
+    found = linear.state(moved)[1] - rest
+    scale = np.abs(found).max()
+    np.testing.assert_allclose((A @ start + B @ tau[0]) / scale, found / scale, atol=LINEAR)
+    other = stepped_hold(linear, 1e-3, 2 * plant.step, plant.integrator)[0]
+    assert np.abs(other @ start - found).max() > 10 * LINEAR * scale
 
 
 def test_runs_repeat_to_the_bit_whatever_ran_before(plant: ExudynPlant) -> None:

@@ -26,6 +26,7 @@ from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_xml import chain_mjcf
 from flexsim.mjcf.edits import changed, without_damping
 from flexsim.robot import Robot
+from flexsim.robot.exudyn_arm import exudyn_plant
 from studies.main import main
 from studies.parity.beam_checks import (
     DEFAULT_BEAM,
@@ -36,6 +37,7 @@ from studies.parity.beam_checks import (
     model_checks,
 )
 from studies.parity.crosscheck import CrosscheckConfig, CrosscheckResult, run
+from studies.parity.exudyn_checks import still_checks
 from studies.parity.motion_checks import (
     CHAIN_ENERGY_LIMIT,
     STATES,
@@ -358,3 +360,25 @@ def test_a_step_that_only_dampers_allow_is_said_of_the_undamped_energy(tmp_path:
     gentle = named(by_name, "chain, gentle, step 1 ms, too long without dampers")
     assert gentle.ok and gentle.limit is None
     assert np.isfinite(named(by_name, "small torques").value)
+
+
+def test_exudyn_at_rest_is_the_exact_beam_and_a_stiffer_one_fails() -> None:
+    pytest.importorskip("exudyn", reason="an extra: pip install 'flexsim[exudyn]'")
+    plant = exudyn_plant(Parameters())
+    assert [each.verdict for each in still_checks(plant)] == ["holds", "holds"]
+    stiff = exudyn_plant(Parameters(EI=1.01 * Parameters().EI))
+    plant.__dict__["_straight"] = stiff._straight  # its own M, D, K, in place of those of the beam
+    assert [each.verdict for each in still_checks(plant)] == ["FAILS", "FAILS"]
+
+
+def test_exudyn_and_a_file_contradict_each_other() -> None:
+    pytest.importorskip("exudyn", reason="an extra: pip install 'flexsim[exudyn]'")
+    with pytest.raises(ParameterError, match="made from a uniform beam, not from"):
+        run(CrosscheckConfig(mjcf=CHAIN6, exudyn=True))
+
+
+@pytest.mark.slow
+def test_exudyn_agrees_with_both_plants_in_motion() -> None:
+    pytest.importorskip("exudyn", reason="an extra: pip install 'flexsim[exudyn]'")
+    checks = [each for each in run(CrosscheckConfig(exudyn=True)).checks if "EXUDYN" in each.name]
+    assert len(checks) == 8 and all(each.ok and each.limit is not None for each in checks)

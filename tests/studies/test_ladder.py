@@ -217,3 +217,9 @@ def test_bad_input_is_one_line(
     shown = capsys.readouterr()
     assert shown.out == "" and words in shown.err and len(shown.err.splitlines()) == 1
     assert not out.exists()
+
+
+def test_exudyn_has_rungs_if_asked_for() -> None:
+    usual = rungs(Robot(), quick=True)
+    assert rungs(Robot(), quick=True, exudyn=True) == (*usual, "exudyn:4")
+    assert not any("exudyn" in name for name in (*usual, *rungs(Robot(), quick=False)))

@@ -77,7 +77,7 @@ class ExudynPlant:
     step: float = STEP
     name: str = "exudyn"
 
-    integrator = "EXUDYN's trapezoidal rule"
+    integrator = "trapezoidal"
     mjcf = None
     model = None
 
