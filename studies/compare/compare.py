@@ -34,8 +34,16 @@ from flexsim.robot import Robot
 from flexsim.shaping.feedforward import dead_zone_error
 from flexsim.shaping.true_tip import shaped_reference
 from studies.compare import report
+from studies.compare.holding import holding_rows
 from studies.compare.repeats import Repeated, Stage, repeated
-from studies.compare.rows import NO_OTHER, Against, CompareRow, Comparison, TipDifference
+from studies.compare.rows import (
+    NO_OTHER,
+    Against,
+    CompareRow,
+    Comparison,
+    TipDifference,
+    mjcf_texts,
+)
 from studies.core.carry_out import Study, ticker
 from studies.core.evidence.check_sample import NO_CHECK
 from studies.core.evidence.intervals import difference_interval, ratio_interval
@@ -51,7 +59,7 @@ FILE_OF = {MIRRORED: "plain", TRUE_TIP: "true_tip", DITHERED: "true_tip_dithered
 class CompareConfig(LoopOptions):
     """Run the controllers on both plants: table, figures and a recording."""
 
-    QUICK: ClassVar = {"perturbations": 2}
+    QUICK: ClassVar = {"perturbations": 2, "holding": False}
 
     out: Out = Path("runs/compare")
     quick: bool = False
@@ -77,6 +85,8 @@ class CompareConfig(LoopOptions):
     """Our two-loop."""
     circle: Trajectory = TRAJECTORIES["circle"]
     """Our circle."""
+    holding: bool = True
+    """Say which of our loops hold: a run with a hold of 20 s, growth of the exact linear loop."""
     true_tip: bool = False
     """Add runs on references shaped so that the true tip follows, not the mirrored one."""
 
@@ -253,6 +263,10 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         rows, found = run_task(task, plants[task.setting], config)
         result.rows.extend(rows)
         result.cases.append(case_of(task, found, robot, config))
+        if config.holding and task.group == report.OURS:
+            chosen = setting(task.setting, config.built)
+            mine = (task.trajectory, task.label, task.controller, config.period, robot)
+            result.holding.extend(holding_rows(found, chosen, *mine))
         advance()
     return result
 
@@ -280,17 +294,6 @@ def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: Compare
 def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:
     """Return the compiled model of the plant 'chain', if it is there."""
     return next((plant.model for plant in plants if plant.name == CHAIN), None)
-
-
-def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str, str]:
-    """Return the MJCF of every plant that has one, by file name; a robot's file is kept apart."""
-    kept = robot.given.text if robot.given is not None else None
-    return {
-        f"{plant.name.replace(':', '')}_{name}.xml": plant.mjcf
-        for name, every in plants.items()
-        for plant in every
-        if plant.mjcf is not None and plant.mjcf != kept
-    }
 
 
 command = Study(run, report.tables, report.verdict, report.figures, report.facts, report.files)

@@ -15,6 +15,7 @@ from studies.compare.figures import case_figure, summary_figure
 from studies.compare.rows import CompareRow, Comparison, TrueTipRow
 from studies.core.evidence.check_sample import SAME
 from studies.core.evidence.digits import percent, supported, with_interval
+from studies.core.evidence.holding_table import holding_table, said
 from studies.core.folder import origin, versions
 from studies.core.table import Column, Table
 
@@ -121,7 +122,7 @@ def tables(result: Comparison) -> list[Table]:
         shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", line=line))
         if group == OURS:
             shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line))
-    return [*shown, _true_tip(result.rows)]
+    return [*shown, holding_table(result.holding), _true_tip(result.rows)]
 
 
 def _true_tip(rows: Sequence[CompareRow]) -> Table:
@@ -171,7 +172,8 @@ def _diverged(row: CompareRow) -> str:
 
 def verdict(result: Comparison) -> str:
     """Return what the numbers are, what MuJoCo's own runs say, what was used beyond itself."""
-    notes = [*_checked(result.rows), *beyond_itself(result)]
+    held = [said(result.holding)] if result.holding else []
+    notes = [*held, *_checked(result.rows), *beyond_itself(result)]
     return MEDIANS + "".join(f"\nNote: {each}" for each in notes)
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+from flexsim.plants.base import Plant
 from flexsim.recording.case import Case
 from flexsim.robot import Robot
 from studies.core.evidence.check_sample import NO_CHECK, Check
+from studies.core.evidence.holding_table import HoldingRow
 from studies.core.evidence.repeats import Medians
 from studies.core.paper import case_name
 
@@ -94,9 +97,22 @@ class TrueTipRow:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows for the table, a row per plant and case, cases for figures; MJCF texts by file name."""
+    """Rows for the table, a row per plant and case, cases for figures; MJCF texts by file name;
+    whether our loops hold, unless it was not asked."""
 
     rows: list[CompareRow]
     cases: list[Case]
     robot: Robot
     mjcf: dict[str, str]
+    holding: list[HoldingRow] = field(default_factory=list)
+
+
+def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str, str]:
+    """Return the MJCF of every plant that has one, by file name; a robot's file is kept apart."""
+    kept = robot.given.text if robot.given is not None else None
+    return {
+        f"{plant.name.replace(':', '')}_{name}.xml": plant.mjcf
+        for name, every in plants.items()
+        for plant in every
+        if plant.mjcf is not None and plant.mjcf != kept
+    }

@@ -15,6 +15,8 @@ from quick_run import QuickRun
 
 from controllers import TABLE_2, TUNED, Controller
 from flexsim import FlexsimError, Parameters, Robot
+from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import TRAJECTORIES, trajectory
 from studies.compare.compare import (
     CompareConfig,
@@ -24,6 +26,7 @@ from studies.compare.compare import (
     run_task,
     tasks,
 )
+from studies.compare.holding import holding_rows
 from studies.compare.repeats import Batch, apart
 from studies.compare.report import group_verdict, tables, true_tip_rows, verdict
 from studies.compare.rows import Against, CompareRow, Comparison
@@ -131,7 +134,8 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
 
 
 def test_tables_have_every_row(comparison: Comparison) -> None:
-    written, ours, errors, torques, papers, _, none = tables(comparison)
+    written, ours, errors, torques, papers, _, holding, none = tables(comparison)
+    assert holding.rows == []
     assert written.rows == comparison.rows and not none.rows
     for table in (ours, papers):
         assert "8 of 8 stay bounded" in table.note
@@ -172,6 +176,32 @@ def test_envelopes_are_shown_with_their_intervals() -> None:
     assert against.ratio_low <= against.ratio <= against.ratio_high
     assert against.difference_low <= against.difference <= against.difference_high
     assert float(cells[2].split()[0]) == pytest.approx(against.ratio, abs=5e-3)
+
+
+def test_holding_is_said_of_every_plant() -> None:
+    """By name, with the exact loop's numbers once; both plants run in closed form."""
+    config = CompareConfig(perturbations=1, setting="none")
+    task = named("tuned_line", config)
+    rows, found = run_task(task, plants_of(config, task.setting), config)
+    given = (task.trajectory, task.label, task.controller, config.period, Robot())
+    held = holding_rows(found, setting("none"), *given)
+    assert [row.plant for row in held] == [row.plant for row in rows] == list(PLANTS)
+    assert all(row.holds and row.case == "line" for row in held)
+    both = [*rows, *(replace(row, group="Table 2") for row in rows)]
+    result = Comparison(both, [], Robot(), {}, held)
+    table = next(each for each in tables(result) if each.key == "holding")
+    ((case, verdict_of, ratio, growth, *_),) = (table.cells(line) for line in table.lines())
+    assert (case, verdict_of, growth) == ("line", "yes|yes", f"{held[0].holding.growth:+.2g}")
+    assert ratio == "|".join(f"{row.holding.v_ratio:.2f}" for row in held)
+    assert "Note: 2 of 2 loops hold." in verdict(result)
+    late = holding_rows(found, setting("none", HARDWARE["bench"]), *given)
+    assert not any(row.holds for row in late)
+    assert late[0].holding.growth > 40
+
+
+def test_a_quick_run_leaves_holding_out(compared: QuickRun) -> None:
+    assert compared.content["holding"] == []
+    assert "holding.csv" not in compared.files
 
 
 def test_cells_are_paired_by_name(comparison: Comparison) -> None:
