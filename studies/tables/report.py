@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flexsim.recording.traces import MM, spoken
+from studies.core.evidence.digits import supported, with_interval
 from studies.core.paper import CASES
 from studies.core.table import Column, Table, value
 from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
@@ -36,9 +37,17 @@ def _mm(length: float | None) -> str:
 
 def _length(key: str, heading: str | None = None, **where: str) -> Column:
     """Return a column of lengths in mm, 'div' where the loop diverges."""
-    return Column(
-        key, heading, form=lambda row: "div" if row.diverged else _mm(value(row, key)), where=where
-    )
+
+    def plain(row: RunRow) -> str:
+        return "div" if row.diverged else _mm(value(row, key))
+
+    return Column(key, heading, form=_envelope if key == "envelope" else plain, where=where)
+
+
+def _envelope(row: RunRow) -> str:
+    """Return the median envelope in the digits that its interval supports [mm]."""
+    low, high = row.envelope_low, row.envelope_high
+    return "div" if row.diverged else supported(row.envelope, low, high, MM)
 
 
 def _paper(row: RunRow) -> str:
@@ -88,6 +97,10 @@ def _transfer(rows: Sequence[RunRow]) -> Table:
     )
 
 
+def _ratio(row: RatioRow) -> str:
+    return with_interval(row.ratio, row.ratio_low, row.ratio_high)
+
+
 def _deterioration(ratios: Sequence[RatioRow]) -> Table:
     """Return the envelopes' ratios, a line per case and a column per plant tuned on."""
     direction = {row.tuned_on: row.direction for row in ratios}
@@ -97,15 +110,20 @@ def _deterioration(ratios: Sequence[RatioRow]) -> Table:
             Column("case", "tuned on", once=True),
             *(
                 Column(
-                    "ratio", f"{spoken(on)}\n{words}", form=".2f", where={"tuned_on": on}, once=True
+                    "ratio",
+                    f"{spoken(on)}\n{words}",
+                    form=_ratio,
+                    where={"tuned_on": on},
+                    once=True,
                 )
                 for on, words in direction.items()
             ),
             Column("paper_ratio", "paper\nlab / sim", form=".1f", once=True),
         ),
-        "Deterioration: ratio of envelopes from plant to plant",
+        "Deterioration: ratio of envelopes from plant to plant, with its 95 % interval",
         line=("trajectory", "tuned_for"),
         across="tuned_on",
+        tight=True,
     )
 
 

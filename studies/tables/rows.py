@@ -14,7 +14,8 @@ class RunRow:
     """One controller on one plant and trajectory.
 
     Medians over runs with perturbed gains, but for the index, which is the unperturbed run's; None
-    where any diverged, and all of them, the time too, where there is no controller.
+    where any diverged, and all of them, the time too, where there is no controller. Low and high:
+    95 % intervals, of a median by order statistics, of a share Wilson's.
     """
 
     tuned_on: str
@@ -29,6 +30,12 @@ class RunRow:
     index: float | None
     diverged: bool
     diverged_at: float | None
+    envelope_low: float | None = None
+    envelope_high: float | None = None
+    runs: int = 0
+    diverged_share: float | None = None
+    diverged_share_low: float | None = None
+    diverged_share_high: float | None = None
 
     @property
     def case(self) -> str:
@@ -75,6 +82,8 @@ class RatioRow:
     paper_simulation: float | None
     paper_laboratory: float | None
     paper_ratio: float | None
+    ratio_low: float | None = None
+    ratio_high: float | None = None
 
     @property
     def case(self) -> str:

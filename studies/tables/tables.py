@@ -24,7 +24,8 @@ from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study
-from studies.core.evidence.repeats import PERTURBATION, medians
+from studies.core.evidence.intervals import ratio_interval
+from studies.core.evidence.repeats import PERTURBATION, medians, values_of
 from studies.core.paper import CASES, PLANTS, paper_envelopes
 from studies.core.study_options import LoopOptions, Out, Perturbations, Population, SettingName
 from studies.tables.figures import figures
@@ -74,6 +75,11 @@ class Found:
     tuning: Tuning
     search: Search
 
+    @property
+    def tuned_on(self) -> str:
+        """The plant's name, or 'both'."""
+        return str(self.tuning.plant)
+
     def filters(self, perturbations: int) -> list[Filters]:
         """Return the best individual's filters, then some with perturbed gains; none if none held.
 
@@ -95,7 +101,7 @@ class Found:
         best, search = self.search.best_parameters, self.search
         parameters = [None] * len(NAMES) if best is None else best.tolist()
         return ControllerRow(
-            tuned_on=self.tuning.plants[0],
+            tuned_on=self.tuned_on,
             tuned_for=self.tuning.trajectory,
             index=None if best is None else search.best_index,
             generations=len(search.generations),
@@ -143,7 +149,7 @@ def tuned_all(
     found, before = [], 0
     for tuning in chosen:
         if progress:
-            progress.update(bar, description=f"{tuning.trajectory} on {tuning.plants[0]}")
+            progress.update(bar, description=f"{tuning.trajectory} on {tuning.plant}")
 
         def show(new: Generation, before: int = before, step: int = cost(tuning)) -> None:
             if progress:
@@ -160,19 +166,21 @@ def tuned_all(
 
 def run_row(
     each: Found, scenario: tuple[Plant, Setting], shape: str, config: TablesConfig
-) -> RunRow:
-    """Return the row of one controller on one plant and trajectory."""
+) -> tuple[RunRow, list[float]]:
+    """Return the row of one controller on one plant and trajectory, and all runs' envelopes [m]."""
     plant, chosen = scenario
-    names = (each.tuning.plants[0], each.tuning.trajectory, plant.name, shape)
+    names = (each.tuned_on, each.tuning.trajectory, plant.name, shape)
     filters = each.filters(config.perturbations)
     if not filters:
-        return RunRow(*names, None, None, None, None, None, None, diverged=True, diverged_at=None)
+        none = RunRow(*names, None, None, None, None, None, None, diverged=True, diverged_at=None)
+        return none, []
     chased = trajectory(shape)
     ref = reference(chased, plant.parameters, each.tuning.period)
     nominal, *perturbed = measure(plant, chosen, ref, filters, chased.hold, threads=config.threads)
     found = medians(perturbed)
     lost = found.diverged
-    return RunRow(
+    low, high = (None, None) if lost else found.interval("envelope")
+    row = RunRow(
         *names,
         envelope=None if lost else found.envelope,
         max_error=None if lost else found.max_error,
@@ -182,22 +190,38 @@ def run_row(
         index=None if nominal["diverged"] else nominal["index"],
         diverged=lost,
         diverged_at=found.diverged_at,
+        envelope_low=low,
+        envelope_high=high,
+        runs=found.runs,
+        diverged_share=found.diverged_share,
+        diverged_share_low=found.diverged_share_low,
+        diverged_share_high=found.diverged_share_high,
     )
+    return row, values_of(perturbed, "envelope")
 
 
-def ratios(rows: Sequence[RunRow]) -> list[RatioRow]:
+def ratios(rows: Sequence[RunRow], samples: Sequence[Sequence[float]], seed: int) -> list[RatioRow]:
     """Return how much wider envelopes [m] are on the plant in the laboratory's role, by case.
 
     The cases are Figures 3 to 6; the ratio is None where an envelope is missing. Controllers tuned
     on both plants have no laboratory: theirs is the chain's envelope over the assumed modes'.
+
+    Args:
+        samples: all runs' envelopes of each row [m], runs i with the same perturbation: pairs.
+        seed: of the ratios' intervals.
     """
-    envelopes = {(r.tuned_on, r.tuned_for, r.run_on, r.trajectory): r.envelope for r in rows}
+    names = [(r.tuned_on, r.tuned_for, r.run_on, r.trajectory) for r in rows]
+    envelopes = dict(zip(names, (row.envelope for row in rows), strict=True))
+    runs = dict(zip(names, samples, strict=True))
     found = []
     for tuned_on, (simulation, laboratory) in FROM_TO.items():
         for shape, devised in CASES:
             first = envelopes[tuned_on, devised, simulation, shape]
             second = envelopes[tuned_on, devised, laboratory, shape]
             paper = paper_envelopes(shape, devised)
+            known = first is not None and second is not None
+            over, under = (runs[tuned_on, devised, on, shape] for on in (laboratory, simulation))
+            low, high = (ratio_interval(over, under, seed) if known else None) or (None, None)
             found.append(
                 RatioRow(
                     tuned_on=tuned_on,
@@ -211,6 +235,8 @@ def ratios(rows: Sequence[RunRow]) -> list[RatioRow]:
                     paper_simulation=paper and paper[0],
                     paper_laboratory=paper and paper[1],
                     paper_ratio=paper and paper[1] / paper[0],
+                    ratio_low=low,
+                    ratio_high=high,
                 )
             )
     return found
@@ -226,14 +252,18 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     chosen = tunings(config)
     scenarios = scenarios_of(chosen[-1], config.robot_of())  # tuned on both
     found = tuned_all(chosen, config.threads, progress)
-    rows = [
-        run_row(each, scenario, shape, config)
-        for each in found
-        for scenario in scenarios
-        for shape in TRAJECTORIES
-    ]
+    rows, samples = zip(
+        *(
+            run_row(each, scenario, shape, config)
+            for each in found
+            for scenario in scenarios
+            for shape in TRAJECTORIES
+        ),
+        strict=True,
+    )
     (mjcf,) = (plant.mjcf for plant, _ in scenarios if plant.mjcf is not None)
-    return TablesResult(rows, [each.row for each in found], ratios(rows), mjcf)
+    deterioration = ratios(rows, samples, config.seed)
+    return TablesResult(list(rows), [each.row for each in found], deterioration, mjcf)
 
 
 command = Study(run, tables, verdict, figures, files=files)

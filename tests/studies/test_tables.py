@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import product
 from typing import Any
@@ -10,6 +11,8 @@ import pytest
 from quick_run import QuickRun
 
 from flexsim import ParameterError
+from studies.tables import tables
+from studies.tables.rows import RunRow
 from studies.tables.tables import TablesConfig, run, tunings
 
 PATHS = ("line", "two-loop", "circle")
@@ -29,6 +32,11 @@ def test_every_controller_on_every_trajectory_and_plant(shown: QuickRun) -> None
     names = [(r["tuned_on"], r["tuned_for"], r["run_on"], r["trajectory"]) for r in rows]
     assert names == list(product(TUNED_ON, PATHS, PLANTS, PATHS))
     for row in rows:
+        share = row["diverged_share"]
+        assert (share is None) is (row["runs"] == 0)
+        if share is not None:
+            assert row["runs"] == 2 and (share > 0) is row["diverged"]
+            assert row["diverged_share_low"] <= share <= row["diverged_share_high"]
         figures = [row[name] for name in ("envelope", "rms_error", "max_v", "residual_v")]
         assert all(value is None for value in figures) is row["diverged"]
         if not row["diverged"]:
@@ -74,6 +82,27 @@ def test_ratios_are_those_of_the_rows(shown: QuickRun) -> None:
         assert case["paper_ratio"] == pytest.approx(PAPER[name], abs=TENTH)
     chain = [c for c in content["ratios"] if c["tuned_on"] == "chain"]
     assert {(c["from_plant"], c["to_plant"]) for c in chain} == {("chain", "assumed-modes")}
+
+
+def made(run_on: str, envelope: float | None) -> RunRow:
+    lost = envelope is None
+    names = ("assumed-modes", "line", run_on, "line")
+    return RunRow(*names, envelope, *[None] * 5, diverged=lost, diverged_at=1.0 if lost else None)
+
+
+def test_ratios_have_the_interval_of_their_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs twice as wide on the chain are so in every resample; without a median there is none."""
+    monkeypatch.setattr(tables, "CASES", (("line", "line"),))
+    monkeypatch.setattr(tables, "FROM_TO", {"assumed-modes": PLANTS})
+    runs = [0.010 + 0.001 * k for k in range(20)]
+    rows = [made(on, envelope) for on, envelope in zip(PLANTS, (0.0195, 0.039), strict=True)]
+    (row,) = tables.ratios(rows, [runs, [2 * each for each in runs]], seed=1)
+    assert row.ratio == row.ratio_low == row.ratio_high == 2.0
+    (row,) = tables.ratios(rows, [runs, [2 * each for each in reversed(runs)]], seed=1)
+    assert row.ratio_low < 1.9 < 2.1 < row.ratio_high
+    lost = [rows[0], made("chain", None)]
+    (row,) = tables.ratios(lost, [runs, [math.inf] * 20], seed=1)
+    assert row.ratio is row.ratio_low is row.ratio_high is None
 
 
 def test_run_explains_itself(shown: QuickRun) -> None:
