@@ -185,7 +185,7 @@ def test_named_hardware() -> None:
     assert Hardware(lag=1e-3).words() == "motor lag of 1 ms" and IDEAL.words() == "ideal"
     with pytest.raises(ParameterError, match=r"hardware is 'bench'; give a Hardware"):
         setting("jump", "bench")  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match=r"'desk' is unknown; choose one of ideal, bench"):
+    with pytest.raises(ParameterError, match=r"'desk' is unknown; choose one of ideal, delayed,"):
         named("desk")
 
 
