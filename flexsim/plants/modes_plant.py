@@ -45,6 +45,7 @@ from flexsim.plants.printed import (
     PrintedModes,
     printed_forces,
     printed_modes,
+    reached_by_46,
 )
 
 DRAWN_POINTS = 41  # along the assumed-modes beam
@@ -214,7 +215,8 @@ class AssumedModesPlant:
         pose[1] = theta2
         D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
         if self.printed and self.misprints & SQUARE_46:  # theta1' for its square stays at rest
-            D[2:, 0] = p.L_R * math.sin(theta2) * p.P
+            reached = reached_by_46(self.modes, self.misprints)
+            D[2 : 2 + reached, 0] = p.L_R * math.sin(theta2) * p.P[:reached]
         K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
         S = np.zeros((m, 2))
         S[0, 0], S[1, 1] = p.r_1, p.r_2

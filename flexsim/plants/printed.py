@@ -1,17 +1,29 @@
-"""The assumed-modes equations as the paper prints them, (36)-(46), misprints and all.
+"""The assumed-modes equations as the paper prints them, (31)-(46), misprints and all.
 
 Each misprint is a switch, so that a study can count what each costs; with every switch off these
 equations are those of `flexsim.plants.assumed_modes`, written out another way (a test holds the two
-against each other). The ranges of (39)-(41) are read as 3 <= j <= n+2 throughout: as printed,
-H would be singular.
+against each other, another both against the Lagrangian, differentiated numerically).
 
 | switch | as printed | consistent |
 |---|---|---|
-| MASS_37 | (37) + (L_R cos theta2 / 2) eta'M eta, and its consequences in (44), (45) | minus |
-| SHORTENING_39 | (39) without - L_R sin theta2 (M eta)_j; alpha at theta1' theta2' in (42), (43), \
-and (44), (45) without its rate | with it, the alpha-term absent |
+| MASS_37 | (37) + (L_R cos theta2 / 2) eta'M eta | minus |
+| SHORTENING_39 | (39) without - L_R sin theta2 (M eta)_j, the shortening's rate | with it |
 | INDICES_43 | (43) gamma_ii, alpha_ii off the diagonal | gamma_ij, alpha_ij |
 | SQUARE_46 | (46) theta1' | theta1'^2 |
+| RANGE_46 | (46) for 3 <= i <= n, nothing for the last two modes | 3 <= i <= n+2 |
+
+The first two have followers, which go with them; e is eta, d its rate, s and c are L_R sin theta2
+and L_R cos theta2. From the sign of (37): in (44) + c/2 e'M at 2 theta2' d and - s/2 e'M e at
+theta2'^2, in (45) + c/2 e'M at 2 theta1' d, each to have the other sign; and in (45) - s e'M e at
+theta1' theta2', to go. K has the right sign, so this is a slip. From what (39) lacks: in (42), (43)
+alpha/2 at 2 theta1' theta2', to go; missing from (44) - c/2 e'M at 2 theta2' d and - s d'M d, from
+(45) + c/2 e'M at 2 theta1' d. Alone it is no slip: the equations are Lagrange's of a kinetic energy
+without that rate, and conserve that energy.
+
+Two more cannot be run. The ranges of (39)-(41), 3 <= j <= n, leave H singular, and (41) has
+H(3, j) for H(j, j): they are read as H(j, j), 3 <= j <= n+2, throughout. F of (31), `F_31`, has
+four entries where q' has n + 2 = 5, and (32) multiplies two vectors: F is read as a diagonal
+matrix, with zeros to its end.
 """
 
 from __future__ import annotations
@@ -30,13 +42,17 @@ MASS_37 = 1
 SHORTENING_39 = 2
 INDICES_43 = 4
 SQUARE_46 = 8
-AS_PRINTED = MASS_37 | SHORTENING_39 | INDICES_43 | SQUARE_46
+RANGE_46 = 16
+AS_PRINTED = MASS_37 | SHORTENING_39 | INDICES_43 | SQUARE_46 | RANGE_46
 MISPRINTS = {
     "(37) sign": MASS_37,
     "(39) shortening's rate": SHORTENING_39,
     "(43) indices": INDICES_43,
     "(46) square": SQUARE_46,
+    "(46) range": RANGE_46,
 }
+F_31 = (2.0e-4, 2.3e-4, 0.0, 0.0)
+"""Viscous friction as (31) prints it [N m s/rad], for q' of n + 2 entries."""
 
 
 if TYPE_CHECKING:
@@ -117,6 +133,12 @@ def printed_stiffness(p: PrintedModes, q: Array, w: Array) -> Array:
 
 
 @jit
+def reached_by_46(n: int, misprints: int) -> int:
+    """Return how many of n modes (46) has a force for, from the first one on."""
+    return max(n - 2, 0) if misprints & RANGE_46 else n
+
+
+@jit
 def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     """Return C(q, q') (n+2,), (44)-(46), with r_1 = r_2 = 1."""
     n = p.P.shape[0]
@@ -142,7 +164,8 @@ def printed_coriolis(p: PrintedModes, q: Array, w: Array) -> Array:
     if p.misprints & MASS_37:
         C[1] -= w1 * w2 * Ls * e_M_e
     power = w1 if p.misprints & SQUARE_46 else w1 * w1
-    C[2:] = power * Ls * p.P  # (46)
+    reached = reached_by_46(n, p.misprints)
+    C[2 : 2 + reached] = power * Ls * p.P[:reached]  # (46)
     return C
 
 

@@ -6,15 +6,17 @@
 Every misprint alone, all of them and none: the energy that free, undamped motion makes or loses;
 how far the tip strays from the chain's under the torques of `flexsim crosscheck`, over poses and
 amplitudes; and what the closed loop makes of it. The ranges of (39)-(41) cannot be run as printed,
-H is singular, which is all that their row says; they are read as 3 <= j <= n+2 in all others.
+H is singular, nor can (31), whose F has four entries for five rates; that is all that their rows
+say. They are read as 3 <= j <= n+2, and as zeros, in all others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from rich.progress import Progress
@@ -30,9 +32,10 @@ from flexsim.loop.trajectories import TRAJECTORIES, Reference, reference, trajec
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.modes_plant import AssumedModesPlant
-from flexsim.plants.printed import AS_PRINTED, MISPRINTS, printed_mass, printed_modes
+from flexsim.plants.printed import AS_PRINTED, F_31, MISPRINTS, printed_mass, printed_modes
 from flexsim.robot import Robot
 from studies.core.carry_out import Study, counted
+from studies.core.evidence.intervals import quantile, quantile_interval
 from studies.core.evidence.repeats import perturbed
 from studies.core.study_options import ModelOptions, Out, Perturbations, SeedOptions, StudyOptions
 from studies.misprints import report
@@ -51,7 +54,6 @@ CONTROLLERS = "circle"  # of TUNED: those that hold every trajectory under both 
 QUICK_TRACKED = ("circle",)
 READINGS = ("none", "simulink")  # settings of the closed loop
 VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
-RANGES = "(39)-(41) ranges"  # 3 <= j <= n where it is n+2: not a variant, as it cannot run
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class MisprintsConfig(ModelOptions, SeedOptions, StudyOptions):
     """The robot, unless --mjcf gives a file; undamped, as the paper's, unless told otherwise."""
     quick: bool = False
     """Two poses, one trajectory and two runs each only."""
-    perturbations: Perturbations = 10
+    perturbations: Perturbations = 20
 
 
 def misprinted(
@@ -156,33 +158,54 @@ def tracking_details(
             else:
                 right = tracked(consistent, chosen, ref, [nominal]) * count
             widths = [np.inf if tip is None else envelope_half_width(tip, ref.tip) for tip in tips]
-            medians = float(np.median(widths)), float(np.median(list(map(apart, tips, right))))
-            details.append(report.LoopDetail(name, f"loop {reading}", shape, *medians))
+            found = *middle(widths), *middle(list(map(apart, tips, right)))
+            details.append(report.LoopDetail(name, f"loop {reading}", shape, count, *found))
     return details
+
+
+def middle(values: Sequence[float]) -> tuple[float, float | None, float | None]:
+    """Return the median of runs, inf where they diverged, and the ends of its 95 % interval."""
+    low, high = quantile_interval(values) or (None, None)
+    return quantile(values), low, high
 
 
 def summary(
     name: str,
     drifts: dict[str, Array],
-    details: list[report.TorqueDetail | report.LoopDetail],
+    torques: Sequence[report.TorqueDetail],
+    loops: Sequence[report.LoopDetail],
     rank: int,
 ) -> report.MisprintRow:
     """Return one variant's row: the worst of its details, infinite where the loop diverged.
 
     rank: of H, n + 2 where the equations can be solved.
     """
-
-    def worst(case: str, column: str) -> float:
-        return max(getattr(row, column) for row in details if row.case == case)
-
-    found = {f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()}
+    found: dict[str, Any] = {
+        f"drift_{start}": float(np.abs(drift).max()) for start, drift in drifts.items()
+    }
     for amplitude in AMPLITUDES:
         for column in ("tip_to_chain", "tip_to_consistent"):
-            found[f"{column}_{amplitude}"] = worst(f"torques {amplitude}", column)
+            mine = (getattr(t, column) for t in torques if t.case == f"torques {amplitude}")
+            found[f"{column}_{amplitude}"] = max(mine)
     for reading in READINGS:
-        found[f"envelope_{reading}"] = worst(f"loop {reading}", "envelope")
-        found[f"loop_to_consistent_{reading}"] = worst(f"loop {reading}", "tip_to_consistent")
+        runs = [row for row in loops if row.case == f"loop {reading}"]
+        for column, key in (
+            ("envelope", "envelope"),
+            ("loop_to_consistent", "tip_to_consistent"),
+        ):
+            worst = max(runs, key=attrgetter(key))
+            for end in ("", "_low", "_high"):
+                found[f"{column}_{reading}{end}"] = getattr(worst, f"{key}{end}")
     return report.MisprintRow(name, rank, **found)
+
+
+def unrunnable(plant: AssumedModesPlant) -> list[report.MisprintRow]:
+    """Return the rows of what cannot be run as printed: the ranges of (39)-(41), F of (31)."""
+    rows = [report.MisprintRow(report.RANGES, rank_with_printed_ranges(plant))]
+    missing = plant.modes + 2 - len(F_31)
+    if missing:
+        rows.append(report.MisprintRow(report.ENTRIES, plant.modes + 2, missing))
+    return rows
 
 
 def rank_with_printed_ranges(plant: AssumedModesPlant) -> int:
@@ -214,12 +237,12 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> report.Mis
     for name, switches in counted(progress, "misprints", VARIANTS.items()):
         drifts = {start: free_motion(robot, switches, start, config.modes) for start in STARTS}
         plant = misprinted(robot, switches, config.modes)
-        details: list[report.TorqueDetail | report.LoopDetail]
-        details = [*driven_details(name, plant, chains), *tracking_details(name, plant, config)]
-        result.rows.append(summary(name, drifts, details, config.modes + 2))
-        result.details.extend(details)
+        torques = driven_details(name, plant, chains)
+        loops = tracking_details(name, plant, config)
+        result.rows.append(summary(name, drifts, torques, loops, config.modes + 2))
+        result.details.extend([*torques, *loops])
         result.energy[name] = drifts[report.DRAWN]
-    result.rows.append(report.MisprintRow(RANGES, rank_with_printed_ranges(plant)))
+    result.rows.extend(unrunnable(plant))
     return result
 
 

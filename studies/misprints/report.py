@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,33 +15,71 @@ from matplotlib.figure import Figure
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.printed import MISPRINTS
-from studies.core.figures import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION, canvas, finish
+from studies.core.evidence.digits import with_interval
+from studies.core.figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    canvas,
+    finish,
+)
 from studies.core.table import Column, Table
 
-COLOURS = (GREY, BLUE, ORANGE, GREEN, VERMILION, BLACK)  # of the variants
-MARKERS = "osD^vX"
+COLOURS = (GREY, BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK)  # of the variants
+MARKERS = "osD^v*X"
 SMALLEST = 1e-12  # relative; below this an energy change is rounding
 MM, UM = 1e3, 1e6  # [mm/m], [um/m]
 DRAWN = "bent"  # start of the free motion in the figure
-LEGEND = """\
+RANGES = "(39)-(41) ranges"  # 3 <= j <= n where it is n+2: not a variant, as it cannot run
+ENTRIES = "(31) entries"  # four, where q' has n + 2
+OPEN_LEGEND = """\
 energy  largest relative change in 2 s of free, undamped motion
 tip     rms to the chain's tip, open loop, worst pose; small and large torques
-env.    envelope in closed loop, worst trajectory; friction none and simulink
-apart   rms to the consistent model's run; for none: to a run whose gains differ
-        in the fourth digit, that is, what chance does
--       as printed, the ranges of (39)-(41) make H singular: nothing can be run
+-       cannot be run as printed: the ranges of (39)-(41) make H singular, and F
+        of (31) has another number of entries than q'
 """
-COLUMNS = (
+ENVELOPE_LEGEND = """\
+Medians with 95 % intervals by order statistics, of the trajectory where they
+are largest; friction none and simulink.
+"""
+APART_LEGEND = """\
+The same of the rms to the consistent model's run with the same gains; for none:
+to a run whose gains differ in the fourth digit, that is, what chance does.
+"""
+
+
+def _sure(name: str) -> Callable[[Any], str]:
+    """Return how a median of a row is shown [mm], with its interval."""
+
+    def shown(row: MisprintRow) -> str:
+        ends = (getattr(row, f"{name}_low"), getattr(row, f"{name}_high"))
+        return with_interval(getattr(row, name), *ends, scale=MM, most=3)
+
+    return shown
+
+
+def _loop_columns(name: str, heading: str) -> tuple[Column, ...]:
+    """Return the columns of a median in closed loop, one for each friction."""
+    return (
+        Column("misprint"),
+        Column(f"{name}_none", f"{heading} [mm]\nnone", form=_sure(f"{name}_none")),
+        Column(f"{name}_simulink", "\nsimulink", form=_sure(f"{name}_simulink")),
+    )
+
+
+OPEN_COLUMNS = (
     Column("misprint"),
     Column("drift_brisk", "energy\nbrisk", form=".0e"),
     Column("drift_bent", "\nbent", form=".0e"),
     Column("tip_to_chain_small", "tip µm\nsmall", form=".1f", scale=UM),
     Column("tip_to_chain_large", "\nlarge", form=".1f", scale=UM),
-    Column("envelope_none", "env. mm\nnone", form=".2f", scale=MM),
-    Column("envelope_simulink", "\nsimulink", form=".2f", scale=MM),
-    Column("loop_to_consistent_none", "apart mm\nnone", form=".3f", scale=MM),
-    Column("loop_to_consistent_simulink", "\nsimulink", form=".3f", scale=MM),
 )
+ENVELOPE = _loop_columns("envelope", "envelope")
+APART = _loop_columns("loop_to_consistent", "to the consistent")
 
 
 @dataclass(frozen=True)
@@ -48,12 +87,17 @@ class MisprintRow:
     """One variant: the worst of its details; None where it cannot be run.
 
     Attributes:
-        rank_of_H: n + 2 where the equations can be solved. drift: of energy, relative, by start.
-        tip_to: rms in open loop [m], by amplitude. envelope, loop_to_consistent: [m], by friction.
+        rank_of_H: n + 2 where the equations can be solved.
+        missing_F: entries of F that (31) is short of, below 0 for those it has too many; 0 where F
+            is read as n + 2 of them.
+        drift: of energy, relative, by start. tip_to: rms in open loop [m], by amplitude.
+        envelope, loop_to_consistent: medians [m], by friction, with 95 % intervals; of those the
+            trajectory with the largest.
     """
 
     misprint: str
     rank_of_H: int
+    missing_F: int = 0
     drift_gentle: float | None = None
     drift_brisk: float | None = None
     drift_bent: float | None = None
@@ -62,9 +106,17 @@ class MisprintRow:
     tip_to_chain_large: float | None = None
     tip_to_consistent_large: float | None = None
     envelope_none: float | None = None
+    envelope_none_low: float | None = None
+    envelope_none_high: float | None = None
     loop_to_consistent_none: float | None = None
+    loop_to_consistent_none_low: float | None = None
+    loop_to_consistent_none_high: float | None = None
     envelope_simulink: float | None = None
+    envelope_simulink_low: float | None = None
+    envelope_simulink_high: float | None = None
     loop_to_consistent_simulink: float | None = None
+    loop_to_consistent_simulink_low: float | None = None
+    loop_to_consistent_simulink_high: float | None = None
 
 
 @dataclass(frozen=True)
@@ -80,13 +132,21 @@ class TorqueDetail:
 
 @dataclass(frozen=True)
 class LoopDetail:
-    """One variant in closed loop: medians [m], infinite where it diverges; case: 'loop print'."""
+    """One variant in closed loop: medians [m], infinite where it diverges; case: 'loop none'.
+
+    low, high: their 95 % intervals, None where there is none.
+    """
 
     misprint: str
     case: str
     trajectory: str
+    runs: int
     envelope: float
+    envelope_low: float | None
+    envelope_high: float | None
     tip_to_consistent: float
+    tip_to_consistent_low: float | None
+    tip_to_consistent_high: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +159,19 @@ class MisprintsResult:
 
 
 def tables(result: MisprintsResult) -> list[Table]:
-    """Return the variants, and their details for the files."""
+    """Return the variants in open and in closed loop, and their details for the files."""
+    runnable = [row for row in result.rows if row.misprint not in (RANGES, ENTRIES)]
     return [
-        Table(result.rows, COLUMNS, LEGEND, key="rows", file="results.csv", tight=True),
+        Table(
+            result.rows,
+            OPEN_COLUMNS,
+            "Open loop",
+            OPEN_LEGEND,
+            key="rows",
+            file="results.csv",
+        ),
+        Table(runnable, ENVELOPE, "Closed loop: envelope half-width", ENVELOPE_LEGEND),
+        Table(runnable, APART, "Closed loop: how far apart", APART_LEGEND),
         Table(result.details, key="details", file="details.csv"),
     ]
 
@@ -115,14 +185,14 @@ def costliest(rows: Sequence[MisprintRow], column: str) -> str:
 def verdict(result: MisprintsResult) -> str:
     """Return in words which misprint costs most, and whether that shows above chance."""
     rows = result.rows
-    apart = {row.misprint: MM * (row.loop_to_consistent_simulink or 0.0) for row in rows}
+    apart = {row.misprint: _sure("loop_to_consistent_simulink")(row) for row in rows}
     return (
         f"Costliest in energy: {costliest(rows, 'drift_brisk')}, from a bent beam "
         f"{costliest(rows, 'drift_bent')};\nat the driven tip: "
         f"{costliest(rows, 'tip_to_consistent_small')}, with large torques "
         f"{costliest(rows, 'tip_to_consistent_large')};\nin the frictionless loop: "
-        f"{costliest(rows, 'loop_to_consistent_none')}. Under simulink chance sets runs "
-        f"{apart['none']:.1f} mm apart,\nall misprints together {apart['all']:.1f} mm."
+        f"{costliest(rows, 'loop_to_consistent_none')}. Under simulink chance\nsets runs "
+        f"{apart['none']} mm apart, all misprints together {apart['all']} mm."
     )
 
 

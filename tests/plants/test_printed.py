@@ -4,19 +4,22 @@ import numpy as np
 import pytest
 
 from flexsim import Parameters
+from flexsim.arm.beam import MODES
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
-from flexsim.plants.assumed_modes import acceleration, assumed_modes, mass_matrix
+from flexsim.plants.assumed_modes import AssumedModes, acceleration, assumed_modes, mass_matrix
 from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.printed import (
     AS_PRINTED,
+    F_31,
     INDICES_43,
     MASS_37,
     MISPRINTS,
+    RANGE_46,
     SHORTENING_39,
-    SQUARE_46,
     PrintedModes,
     printed_acceleration,
+    printed_coriolis,
     printed_mass,
     printed_modes,
     printed_stiffness,
@@ -29,6 +32,7 @@ ROUNDING = 1e-10  # relative to the largest acceleration; a dense solve against 
 VISIBLE = 1e-4  # relative change that a misprint makes somewhere; 1e6 times ROUNDING
 DRIFT = 1e-10  # relative energy drift of the consistent form over 2 s; RK4 leaves 2.6e-11
 DRIFT_PRINTED = 5e-5  # of the printed form, same motion: 7.8e-5 measured
+LAGRANGE = 1e-8  # [N m], [N]; complex steps, and a central difference of 1e-6: 5e-10 measured
 DRIFT_BENT = 5e-3  # of the printed form from a bent beam: 1.1e-2 measured, RK4 leaves 2.6e-5
 
 
@@ -75,8 +79,8 @@ def test_each_misprint_alone_changes_the_acceleration(misprint: str, n: int) -> 
         assert largest > VISIBLE
 
 
-def test_as_printed_is_all_four_and_the_default() -> None:
-    assert MASS_37 | SHORTENING_39 | INDICES_43 | SQUARE_46 == AS_PRINTED == 15
+def test_as_printed_is_all_five_and_the_default() -> None:
+    assert sum(MISPRINTS.values()) == AS_PRINTED == 31
     assert printed_modes(assumed_modes(PARAMETERS)).misprints == AS_PRINTED
 
 
@@ -111,6 +115,121 @@ def test_stiffness_of_43_is_not_symmetric_although_the_paper_calls_it_so() -> No
     scale = np.abs(corrected - np.diag(np.diag(corrected))).max()
     np.testing.assert_allclose(corrected, corrected.T, atol=ROUNDING * scale)
     assert np.abs(as_printed - as_printed.T).max() > 0.1 * scale
+
+
+def lagrangian(p: AssumedModes, q: np.ndarray, w: np.ndarray, rate: float) -> complex:
+    """Return T - V; rate: 1, or 0 for a kinetic energy without the shortening's rate."""
+    eta, d, s, c = q[2:], w[2:], p.L_R * np.sin(q[1]), p.L_R * np.cos(q[1])
+    J2 = p.J + p.mass @ eta**2 - eta @ p.N @ eta
+    h = -s * (p.P @ eta) + c * (p.first_moment - eta @ p.M @ eta / 2)
+    g = c * (p.P @ d) - rate * s * (eta @ p.M @ d)
+    T = p.A * w[0] ** 2 + p.I_m2 * w[1] ** 2 + p.mass @ d**2
+    T += J2 * (w[0] + w[1]) ** 2 + 2 * (w[0] + w[1]) * (h * w[0] + p.X @ d) + 2 * w[0] * g
+    found: complex = T / 2 - p.stiffness @ eta**2 / 2
+    return found
+
+
+def lagranges_bias(p: AssumedModes, q: np.ndarray, w: np.ndarray, rate: float) -> np.ndarray:
+    """Return what Lagrange's equations add to H a, (n+2,), without torques."""
+    tiny, small, along = 1e-30, 1e-6, 1e-30j * np.eye(len(q))
+
+    def momenta(q: np.ndarray) -> np.ndarray:
+        return np.array([lagrangian(p, q, w + each, rate).imag for each in along]) / tiny
+
+    slope = np.array([lagrangian(p, q + each, w, rate).imag for each in along]) / tiny
+    bias: np.ndarray = (momenta(q + small * w) - momenta(q - small * w)) / (2 * small) - slope
+    return bias
+
+
+def printed_bias(p: AssumedModes, q: np.ndarray, w: np.ndarray, misprints: int) -> np.ndarray:
+    """Return C + K q (n+2,) of (42)-(46)."""
+    coefficients = printed_modes(p, misprints)
+    bias: np.ndarray = printed_coriolis(coefficients, q, w)
+    bias[2:] += printed_stiffness(coefficients, q, w) @ q[2:]
+    return bias
+
+
+@pytest.mark.parametrize("n", [1, 3, 5])
+@pytest.mark.parametrize(("misprints", "rate"), [(0, 1.0), (SHORTENING_39, 0.0)])
+def test_equations_are_lagranges_with_and_without_the_shortenings_rate(
+    n: int, misprints: int, rate: float
+) -> None:
+    """So (39) alone is the model of another kinetic energy, with its own (42)-(45)."""
+    p = assumed_modes(PARAMETERS, n)
+    for seed in range(10):
+        q, w = random_state(seed, n)
+        right = lagranges_bias(p, q, w, rate)
+        found = printed_bias(p, q, w, misprints)
+        np.testing.assert_allclose(found, right, rtol=LAGRANGE, atol=LAGRANGE)
+        other = lagranges_bias(p, q, w, 1.0 - rate)
+        assert np.abs(found - other)[:2].max() > 1e3 * LAGRANGE
+
+
+def test_followers_of_37_are_a_slip_that_the_stiffness_does_not_share() -> None:
+    """In (44), (45) the four terms that follow from the sign; none in K, which has it right."""
+    p = assumed_modes(PARAMETERS, 3)
+    for seed in range(5):
+        q, w = random_state(seed, 3)
+        s, c = PARAMETERS.L_R * np.sin(q[1]), PARAMETERS.L_R * np.cos(q[1])
+        M_eta = p.M @ q[2:]
+        e_M_e, e_M_d = q[2:] @ M_eta, w[2:] @ M_eta
+        expected = np.zeros(5)
+        expected[0] = 2 * c * e_M_d * w[1] - s * e_M_e * w[1] ** 2  # (44), twice what is printed
+        expected[1] = 2 * c * e_M_d * w[0] - s * e_M_e * w[0] * w[1]  # (45)
+        with_it = printed_bias(p, q, w, MASS_37)
+        np.testing.assert_allclose(with_it - printed_bias(p, q, w, 0), expected, atol=LAGRANGE)
+
+
+def test_followers_of_39_are_in_44_and_45_too() -> None:
+    p = assumed_modes(PARAMETERS, 3)
+    for seed in range(5):
+        q, w = random_state(seed, 3)
+        s, c = PARAMETERS.L_R * np.sin(q[1]), PARAMETERS.L_R * np.cos(q[1])
+        M_eta = p.M @ q[2:]
+        expected = np.zeros(5)
+        expected[0] = c * (w[2:] @ M_eta) * w[1] + s * (w[2:] @ p.M @ w[2:])  # (44)
+        expected[1] = -c * (w[2:] @ M_eta) * w[0]  # (45)
+        expected[2:] = c * M_eta * w[0] * w[1]  # (42), (43)
+        with_it = printed_bias(p, q, w, SHORTENING_39)
+        np.testing.assert_allclose(with_it - printed_bias(p, q, w, 0), expected, atol=LAGRANGE)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_range_of_46_leaves_the_last_two_modes_without(n: int) -> None:
+    p = assumed_modes(PARAMETERS, n)
+    q, w = random_state(1, n)
+    right = printed_coriolis(printed_modes(p, 0), q, w)
+    found = printed_coriolis(printed_modes(p, RANGE_46), q, w)
+    reached = max(n, 2)  # rows counted from 1: 3 <= i <= n
+    np.testing.assert_array_equal(found[:reached], right[:reached])
+    assert not found[reached:].any() and right[reached:].all()
+
+
+def test_as_printed_term_by_term() -> None:
+    """(44)-(46) as they stand in the paper, n = 3, one mode after the other in (46)."""
+    p = assumed_modes(PARAMETERS, 3)
+    for seed in range(5):
+        q, w = random_state(seed, 3)
+        eta, d, (w1, w2) = q[2:], w[2:], w[:2]
+        s, c = PARAMETERS.L_R * np.sin(q[1]), PARAMETERS.L_R * np.cos(q[1])
+        first, P, M, N, inertia = p.first_moment, p.P, p.M, p.N, p.mass * eta
+        C = np.zeros(5)
+        C[0] = (inertia - s * P - eta @ N - c * eta @ M) @ (2 * w1 * d)  # (44), line by line
+        C[0] += (inertia - s * P - eta @ N + c / 2 * eta @ M) @ (2 * w2 * d)
+        C[0] += (-s * first - s / 2 * eta @ M @ eta - c * P @ eta) * w2**2
+        C[0] += (-s * first + s / 2 * eta @ M @ eta - c * P @ eta) * 2 * w1 * w2
+        C[1] = (inertia + c / 2 * eta @ M - eta @ N) @ (2 * w1 * d)  # (45), line by line
+        C[1] += (s * first + c * P @ eta - s / 2 * eta @ M @ eta) * w1**2
+        C[1] += (inertia - eta @ N) @ (2 * d * w2) - w1 * w2 * s * eta @ M @ eta
+        C[2] = w1 * s * P[0]  # (46), i = 3 only
+        found = printed_coriolis(printed_modes(p), q, w)
+        np.testing.assert_allclose(found, C, rtol=ROUNDING, atol=ROUNDING)
+
+
+def test_friction_of_31_is_one_entry_short_and_agrees_where_it_is() -> None:
+    assert len(F_31) == 4 < MODES + 2
+    assert F_31[:2] == (Parameters().F_1, Parameters().F_2)
+    assert not any(F_31[2:])
 
 
 def energy_drift(form: str, eta_1: float) -> float:

@@ -1,6 +1,8 @@
 """The misprints' study: nothing without misprints, more with each, and the command's folder."""
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +16,24 @@ from flexsim.plants.printed import AS_PRINTED, MISPRINTS
 from flexsim.robot import Robot
 from studies.main import main
 from studies.misprints.misprints import (
-    RANGES,
     STARTS,
     VARIANTS,
     apart,
     free_motion,
+    middle,
     rank_with_printed_ranges,
     tracked,
+    unrunnable,
 )
-from studies.misprints.report import MisprintRow, MisprintsResult, costliest, tables, verdict
+from studies.misprints.report import (
+    ENTRIES,
+    RANGES,
+    MisprintRow,
+    MisprintsResult,
+    costliest,
+    tables,
+    verdict,
+)
 from studies.parity.motions import trial_torque
 
 CONSERVED = 1e-11  # relative over 2 s at 0.25 ms; RK4 leaves 2e-13 from a straight beam
@@ -90,8 +101,21 @@ def fabricated(name: str, scale: float) -> MisprintRow:
 def test_costliest_is_a_single_misprint() -> None:
     rows = [fabricated(name, float(i)) for i, name in enumerate(VARIANTS)]
     assert VARIANTS["all"] == AS_PRINTED
-    assert costliest(rows, "drift_brisk") == list(MISPRINTS)[-1]
-    assert "(46) square" in verdict(MisprintsResult(rows, [], {}))
+    assert costliest(rows, "drift_brisk") == list(MISPRINTS)[-1] == "(46) range"
+    assert "in energy: (46) range" in verdict(MisprintsResult(rows, [], {}))
+
+
+def test_a_median_is_shown_with_its_interval() -> None:
+    row = replace(
+        fabricated("all", 0.5),
+        envelope_none=22.69e-3,
+        envelope_none_low=22.6e-3,
+        envelope_none_high=22.8e-3,
+        envelope_simulink_high=math.inf,
+    )
+    envelopes = tables(MisprintsResult([row], [], {}))[1]
+    assert envelopes.cells([row])[1] == "22.7 [22.6, 22.8]"
+    assert envelopes.cells([row])[2] == "500.0 [?, ?]"
 
 
 @pytest.mark.parametrize("modes", [1, 2, 3, 5])
@@ -99,8 +123,24 @@ def test_the_printed_ranges_leave_no_motion(modes: int) -> None:
     """Rows n+1 and n+2 of H are empty, all flexible ones for one mode."""
     plant = AssumedModesPlant(Parameters(), modes)
     assert rank_with_printed_ranges(plant) == max(modes, 2)
-    shown = tables(MisprintsResult([MisprintRow(RANGES, 3)], [], {}))[0]
-    assert shown.cells(shown.rows) == [RANGES, *["-"] * 8]
+    shown, *loops, _ = tables(MisprintsResult([MisprintRow(RANGES, 3)], [], {}))
+    assert shown.cells(shown.rows) == [RANGES, *["-"] * 4]
+    assert not any(table.rows for table in loops)
+
+
+@pytest.mark.parametrize(("modes", "missing"), [(1, -1), (2, None), (3, 1), (5, 3)])
+def test_f_of_31_fits_two_modes_only(modes: int, missing: int | None) -> None:
+    rows = {row.misprint: row for row in unrunnable(AssumedModesPlant(Parameters(), modes))}
+    assert rows[RANGES].rank_of_H == max(modes, 2)
+    assert (rows[ENTRIES].missing_F if ENTRIES in rows else None) == missing
+
+
+def test_medians_have_their_intervals_and_what_diverged_counts_as_large() -> None:
+    twenty = [float(i) for i in range(20)]
+    assert middle(twenty) == (9.5, 5.0, 14.0)  # ranks 6 and 15 of 20: 95.9 %
+    assert middle(twenty[:15] + [np.inf] * 5) == (9.5, 5.0, 14.0)
+    assert middle(twenty[:14] + [np.inf] * 6) == (9.5, 5.0, np.inf)
+    assert middle(twenty[:5]) == (2.0, None, None)
 
 
 @pytest.mark.parametrize("command", ["misprints", "reconstruct", "realisations"])
@@ -115,7 +155,9 @@ def test_impossible_numbers_are_one_line(
 
 def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None:
     run = quick("misprints")
-    assert [row["misprint"] for row in run.content["rows"]] == [*VARIANTS, RANGES]
+    rows = run.content["rows"]
+    assert [row["misprint"] for row in rows] == [*VARIANTS, RANGES, ENTRIES]
+    assert [row["missing_F"] for row in rows] == [*[0] * len(VARIANTS), 0, 1]
     assert run.files == {"config.json", "details.csv", "figures", "results.csv"}
     assert run.figures == {"energy.png", "tip.png"}
     cases = {(row["misprint"], row["case"]) for row in run.table("details.csv")}
