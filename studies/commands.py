@@ -91,6 +91,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "LadderConfig",
         "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
     ),
+    "converge": (
+        "converge.converge",
+        "ConvergeConfig",
+        "how many modes, segments, which step: down to the exact beam",
+    ),
     "view": (
         "tools.view",
         "ViewConfig",

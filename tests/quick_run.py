@@ -16,6 +16,7 @@ from studies.main import COMMANDS
 
 WIDTH = 80  # columns of the terminal
 OPTIONS: dict[str, dict[str, Any]] = {  # what makes a quick run quicker still
+    "converge": {"rounds": 1},
     "ladder": {"rounds": 1},
     "screening": {"screen": 30},
     "stability": {"map_points": 3, "controllers": ("line",), "screen": 20},

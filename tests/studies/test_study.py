@@ -18,8 +18,8 @@ from studies.core.table import Column, Table
 from studies.main import COMMANDS, main
 
 STUDIES = (
-    *("compare", "ladder", "misprints", "pid-question", "realisations", "reconstruct"),
-    *("screening", "stability", "tables"),
+    *("compare", "converge", "ladder", "misprints", "pid-question", "realisations"),
+    *("reconstruct", "screening", "stability", "tables"),
 )
 SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam")
 

@@ -1,0 +1,1 @@
+"""Which model size, which step? `flexsim converge`."""
