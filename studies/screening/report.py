@@ -7,29 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from flexsim.numerics.types import Array
+from studies.core.evidence.digits import percent, with_interval
+from studies.core.evidence.intervals import LEAST_RUNS, ratio_interval, share_of
 from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish
 from studies.core.table import Column, Table
 
 COLOURS = {False: ORANGE, True: BLUE}  # by whether draws are screened
 NAMES = {False: "plain", True: "screened"}
+COSTS = ("simulations", "seconds")  # until the target
 INDEX = 1e4  # the table's indices are in 1e-4 m2 s
-COLUMNS = (
-    Column("seed", form="d"),
-    Column("draws"),
-    Column("stable_first", "first\nstable", "%", ".0f", 100),
-    Column("simulations_to_target", "target\nruns", "", "d"),
-    Column("seconds_to_target", "target", "s", ".1f"),
-    Column("best_index", "best\nindex", "", ".4g", INDEX),
-    Column("candidates", "candi-\ndates", "", "d"),
-    Column("seconds_screening", "screen", "s", ".1f"),
-    Column("seconds", "in all", "s", ".1f"),
-)
 
 
 @dataclass(frozen=True)
@@ -37,7 +30,8 @@ class SearchRow:
     """One search.
 
     Attributes:
-        seed, screen: as in `Tuning`. stable_first: share of the first generation that holds.
+        seed, screen: as in `Tuning`. stable_first: share of the first generation that holds, with
+            the ends of its 95 % interval, Wilson's.
         simulations_to_target, seconds_to_target: until the target was reached, None if never.
         best_index: of the whole search [m2 s], inf if nothing holds. candidates: screened.
         seconds, seconds_screening: in all, and of screening.
@@ -46,6 +40,8 @@ class SearchRow:
     seed: int
     screen: int
     stable_first: float
+    stable_first_low: float
+    stable_first_high: float
     simulations_to_target: int | None
     seconds_to_target: float | None
     simulations: int
@@ -72,14 +68,53 @@ class CurveRow:
     seconds: float
 
 
+@dataclass(frozen=True)
+class Saving:
+    """A cost until the target: medians of both kinds of searches, inf if most never reach it.
+
+    Attributes:
+        ratio: screened over plain, None where one is inf; with the ends of its 95 % interval.
+    """
+
+    plain: float
+    screened: float
+    ratio: float | None
+    ratio_low: float | None
+    ratio_high: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class ScreeningResult:
-    """Searches, their courses, what they are about, the index that counts as equal [m2 s]."""
+    """Searches, their courses, what they are about, the index that counts as equal [m2 s].
+
+    Attributes:
+        seed: of the bootstrap of ratios.
+    """
 
     rows: list[SearchRow]
     curves: list[CurveRow]
     title: str
     target: float
+    seed: int = 1
+
+
+def _stable_first(row: SearchRow) -> str:
+    """Return the share of the first generation that holds, and its interval [%]."""
+    ends = row.stable_first_low, row.stable_first_high
+    return with_interval(row.stable_first, *ends, scale=100, most=1)
+
+
+COLUMNS = (
+    Column("seed", form="d"),
+    Column("draws"),
+    Column("stable_first", "first\nstable", "%", _stable_first),
+    Column("simulations_to_target", "target\nruns", "", "d"),
+    Column("seconds_to_target", "target", "s", ".1f"),
+    Column("best_index", "best\nindex", "", ".4g", INDEX),
+    Column("candidates", "candi-\ndates", "", "d"),
+    Column("seconds_screening", "screen", "s", ".1f"),
+    Column("seconds", "in all", "s", ".1f"),
+)
 
 
 def tables(result: ScreeningResult) -> list[Table]:
@@ -101,39 +136,66 @@ def tables(result: ScreeningResult) -> list[Table]:
     ]
 
 
-def facts(result: ScreeningResult) -> dict[str, float]:
-    """Return the target."""
-    return {"target": result.target}
+def facts(result: ScreeningResult) -> dict[str, Any]:
+    """Return the target; what screening takes over what plain draws take; how often it is better.
+
+    A ratio's interval is a bootstrap's of the seeds' pairs, None for too few; the share's Wilson's.
+    """
+    ratios = [saved(result, cost) for cost in COSTS]
+    return {
+        "target": result.target,
+        "ratios": {cost: asdict(each) for cost, each in zip(COSTS, ratios, strict=True)},
+        **share_of("better_share", better(result.rows)),
+    }
 
 
-def median_to_target(rows: Sequence[SearchRow], screened: bool, cost: str) -> float:
-    """Return the median over seeds of a cost until the target, inf if most never reach it.
+def to_target(rows: Sequence[SearchRow], screened: bool, cost: str) -> list[float]:
+    """Return a cost until the target by seeds, inf for a search that never reaches it.
 
     Args:
         rows: of the study. screened: of the screened searches or the plain ones.
         cost: 'simulations' or 'seconds'.
     """
     costs = [getattr(row, f"{cost}_to_target") for row in rows if (row.screen > 0) == screened]
-    return float(np.median([math.inf if each is None else each for each in costs]))
+    return [math.inf if each is None else each for each in costs]
+
+
+def saved(result: ScreeningResult, cost: str) -> Saving:
+    """Return a cost's medians, plain and screened, and their ratio, pairs by seed."""
+    plain, other = (to_target(result.rows, screened, cost) for screened in (False, True))
+    medians = float(np.median(plain)), float(np.median(other))
+    known = all(map(math.isfinite, medians))
+    ends = ratio_interval(other, plain, result.seed) if known else None
+    low, high = (x if math.isfinite(x) else None for x in ends) if ends else (None, None)
+    return Saving(*medians, medians[1] / medians[0] if known else None, low, high)
+
+
+def better(rows: Sequence[SearchRow]) -> list[bool]:
+    """Return whether the screened search ends better than its seed's plain one, by seed."""
+    ends = {row.seed: row.best_index for row in rows if not row.screen}
+    return [row.best_index < ends[row.seed] for row in rows if row.screen]
 
 
 def verdict(result: ScreeningResult) -> str:
-    """Return what screening saves, or that it does not, in simulations and in seconds."""
-    rows, said = result.rows, []
-    for cost in ("simulations", "seconds"):
-        plain, other = (median_to_target(rows, screened, cost) for screened in (False, True))
-        if math.isfinite(plain) and math.isfinite(other):
-            share = 1 - other / plain
-            what = f"{100 * abs(share):.0f} % {'fewer' if share >= 0 else 'more'}"
-            said.append(f"{what} {cost} ({plain:.4g} without, {other:.4g} with it)")
-        else:
-            fate = [f"{x:.4g}" if math.isfinite(x) else "unreached" for x in (plain, other)]
+    """Return what screening takes in simulations and in seconds, each over what plain draws do."""
+    said = []
+    for cost in COSTS:
+        found = saved(result, cost)
+        if found.ratio is None:
+            each = (found.plain, found.screened)
+            fate = [f"{x:.4g}" if math.isfinite(x) else "unreached" for x in each]
             said.append(f"{cost} {fate[0]} without, {fate[1]} with it")
-    ends = {row.seed: row.best_index for row in rows if not row.screen}
-    better = sum(row.best_index < ends[row.seed] for row in rows if row.screen)
+            continue
+        times = with_interval(found.ratio, found.ratio_low, found.ratio_high)
+        medians = f"{found.plain:.4g} without, {found.screened:.4g} with it"
+        said.append(f"{times} times the {cost} ({medians})")
+    won = better(result.rows)
+    share = share_of("better", won)
     return (
         f"Screening, until the target, medians: {'; '.join(said)}. At the end, after equal "
-        f"simulations, it is better for {better} of {len(ends)} seeds."
+        f"simulations, it is better for {sum(won)} of {len(won)} seeds, "
+        f"{percent(*share.values())}. Intervals of 95 %: of ratios by a bootstrap of the seeds "
+        f"(none of fewer than {LEAST_RUNS}), of shares Wilson's."
     )
 
 

@@ -24,6 +24,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.settings import DEFAULT_SETTING
 from flexsim.numerics.types import Array
 from studies.core.carry_out import Study, ticker
+from studies.core.evidence.intervals import share_of
 from studies.core.study_options import (
     Out,
     Population,
@@ -57,7 +58,7 @@ class ScreeningConfig(ThreadOptions, SeedOptions, StudyOptions):
     """table-1, log-uniform or a TOML file, as in flexsim tune."""
     screen: int = 200
     """Candidates at most per individual drawn."""
-    seeds: int = 5
+    seeds: int = 10
     """Pairs of searches."""
     population: Population = 50
     generations: int = 40
@@ -139,7 +140,7 @@ def row(each: Course, target: float) -> report.SearchRow:
     return report.SearchRow(
         seed=each.seed,
         screen=each.screen,
-        stable_first=each.search.generations[0].stable_share,
+        **share_of("stable_first", np.isfinite(each.search.generations[0].indices)),
         simulations_to_target=None if at is None else int(each.simulations[at]),
         seconds_to_target=None if at is None else float(each.seconds[at]),
         simulations=int(each.simulations[-1]),
@@ -179,6 +180,7 @@ def run(config: ScreeningConfig, progress: Progress | None = None) -> report.Scr
         [point for each in courses for point in curve(each)],
         f"{config.trajectory}, {config.plant}, setting {config.setting}",
         target,
+        config.seed,
     )
 
 

@@ -14,11 +14,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from studies.core.evidence.digits import with_interval
 from studies.core.figures import DPI
 from studies.core.table import Column, Table
 from studies.stability.loops import EXACT
 from studies.stability.maps import StabilityMap
-from studies.stability.rows import LoopRow, StabilityResult
+from studies.stability.rows import DrawsRow, LoopRow, StabilityResult
 
 RATE_SHOWN = 100.0  # [1/s] end of the colours
 LEAST_SHOWN = 1e-3  # [1/s] start of the colours where the slack is less
@@ -70,14 +71,27 @@ ZEROS = (
 ZEROS_NOTE = """\
 The nearest pole, its distance from the zero, and the second error in its
 motion over v/(r+L). What no controller of these two errors moves is the zero."""
+
+
+def _share(name: str, heading: str) -> Column:
+    """Return the column of a share and its interval [%]."""
+
+    def text(row: DrawsRow) -> str:
+        found, low, high = (getattr(row, f"{name}{end}") for end in ("", "_low", "_high"))
+        return with_interval(found, low, high, scale=100, most=1)
+
+    return Column(name, heading, "%", text)
+
+
 DRAWS = (
     Column("plant"),
     Column("draws", form="d"),
-    Column("stable_share", "stable", "%", ".1f", 100),
+    _share("stable_share", "stable"),
     Column("seconds_per_draw", "each", "ms", ".2f", 1e3),
     Column("compared", "compared with\nsimulation", "", "d"),
-    Column("agreement", "agree", "%", ".1f", 100),
+    _share("agreement", "agree"),
 )
+DRAWS_NOTE = "Shares with their 95 % intervals (Wilson's)."
 
 
 def tables(result: StabilityResult) -> list[Table]:
@@ -85,7 +99,9 @@ def tables(result: StabilityResult) -> list[Table]:
     return [
         Table(result.rows, COLUMNS, note=NOTE, key="rows", file="results.csv", tight=True),
         Table(result.zeros, ZEROS, _zero(result), ZEROS_NOTE, "zeros", "zeros.csv"),
-        Table(result.draws, DRAWS, "\nRandom draws of Table 1", key="screens", file="screens.csv"),
+        Table(
+            result.draws, DRAWS, "\nRandom draws of Table 1", DRAWS_NOTE, "screens", "screens.csv"
+        ),
     ]
 
 

@@ -53,15 +53,22 @@ class LoopRow:
 
 @dataclass(frozen=True)
 class DrawsRow:
-    """How many random draws hold, what each costs, and whether a simulation agrees."""
+    """How many random draws hold, what each costs [s], and whether a simulation agrees.
+
+    Low and high are the ends of Wilson's 95 % intervals of the two shares.
+    """
 
     plant: str
     theta2: float
     draws: int
     stable_share: float
+    stable_share_low: float
+    stable_share_high: float
     seconds_per_draw: float
     compared: int
     agreement: float
+    agreement_low: float
+    agreement_high: float
 
 
 @dataclass(frozen=True)

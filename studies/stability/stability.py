@@ -33,6 +33,7 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot, plant_kind
 from studies.core.carry_out import Study, ticker
+from studies.core.evidence.intervals import share_of
 from studies.core.paper import PLANTS
 from studies.core.study_options import ModelOptions, Out, SeedOptions, StudyOptions
 from studies.stability import report
@@ -217,10 +218,10 @@ def draws_row(
         plant=plant.name,
         theta2=theta2,
         draws=config.screen,
-        stable_share=float(np.mean(growth <= config.slack)),
+        **share_of("stable_share", growth <= config.slack),
         seconds_per_draw=seconds / config.screen,
         compared=len(agree),
-        agreement=float(np.mean(agree)),
+        **share_of("agreement", agree),
     )
 
 

@@ -81,7 +81,7 @@ def test_a_tuning_keeps_its_hardware_and_refuses_another(
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        ("compare --hardware desk", "'desk' is unknown; choose one of ideal, bench"),
+        ("compare --hardware desk", "'desk' is unknown; choose one of ideal, delayed, bench"),
         ("tables --hardware-delay -1", "delay is -1"),
         ("tune --hardware-lag -1", "lag is -1.0 s"),
         ("stability --hardware-counts -5", "counts are -5"),

@@ -12,8 +12,9 @@ from flexsim import ParameterError, setting
 from flexsim.linear.growth import SLACK, extreme_poses, loop_options
 from flexsim.linear.loop_poles import linear_loop
 from flexsim.loop.control.stacking import stack
+from studies.core.evidence.intervals import share_interval
 from studies.main import main
-from studies.screening.report import ScreeningResult, median_to_target, verdict
+from studies.screening.report import ScreeningResult, facts, to_target, verdict
 from studies.screening.screening import Course, ScreeningConfig, row
 from studies.tuning.distributions import TABLE_1
 from studies.tuning.genetic import Generation, Search
@@ -221,6 +222,7 @@ def test_a_row_says_when_the_target_was_reached():
     made = row(made_course([5.0, 3.0, 2.0]), target=3.0)
     assert (made.simulations_to_target, made.seconds_to_target) == (8, 1.0)
     assert (made.best_index, made.candidates, made.stable_first) == (2.0, 7, 0.75)
+    assert (made.stable_first_low, made.stable_first_high) == share_interval(3, 4)
     never = row(made_course([5.0, 4.0, 4.0]), target=3.0)
     assert (never.simulations_to_target, never.seconds_to_target) == (None, None)
 
@@ -232,11 +234,41 @@ def said(*rows):
 def test_the_verdict_says_what_is_saved_and_what_is_not():
     slow, fast = made_course([5.0, 4.0, 3.0, 1.0]), made_course([1.0, 1.0, 1.0, 1.0], screen=9)
     words = said(row(slow, 1.0), replace(row(fast, 1.0), seconds_to_target=4.0))
-    assert "75 % fewer simulations" in words
-    assert "100 % more seconds (2 without, 4 with it)" in words
-    assert "better for 0 of 1 seeds" in words
-    assert math.isinf(median_to_target([row(slow, 0.5)], False, "seconds"))
+    assert "0.2 times the simulations (16 without, 4 with it)" in words  # without an interval
+    assert "2.0 times the seconds (2 without, 4 with it)" in words
+    assert "better for 0 of 1 seeds, 0 % [0, 79]" in words
+    assert to_target([row(slow, 0.5)], False, "seconds") == [math.inf]
     assert "unreached" in said(row(slow, 0.5), row(fast, 1.0))
+
+
+def made_rows(count):
+    """Pairs of searches whose plain ones take 1, 2, 4, .. simulations, the others half as many."""
+    for seed in range(count):
+        plain = replace(row(made_course([1.0], seed), 1.0), simulations_to_target=2**seed)
+        yield plain
+        yield replace(plain, screen=9, simulations_to_target=2**seed / 2, best_index=0.5)
+
+
+def test_ratios_are_of_pairs_and_have_intervals():
+    """Pairs taken apart would spread over a factor of hundreds."""
+    content = facts(ScreeningResult(list(made_rows(8)), [], "", 1.0))
+    ratio = content["ratios"]["simulations"]
+    assert (ratio["ratio_low"], ratio["ratio"], ratio["ratio_high"]) == (0.5, 0.5, 0.5)
+    assert (ratio["plain"], ratio["screened"]) == (12, 6)
+    ends = content["better_share_low"], content["better_share_high"]
+    assert content["better_share"] == 1.0 and ends == share_interval(8, 8)
+    few = facts(ScreeningResult(list(made_rows(5)), [], "", 1.0))["ratios"]["simulations"]
+    assert few["ratio"] == 0.5 and few["ratio_low"] is None
+
+
+def test_searches_that_never_arrive_leave_an_end_open():
+    rows = list(made_rows(8))
+    lost = [replace(each, simulations_to_target=None) for each in rows[1:7:2]]
+    result = ScreeningResult([*rows[0::2], *lost, *rows[7::2]], [], "", 1.0)
+    ratio = facts(result)["ratios"]["simulations"]
+    assert ratio["ratio"] is not None and ratio["ratio_low"] < ratio["ratio"]
+    assert ratio["ratio_high"] is None
+    assert "?]" in verdict(result)
 
 
 def test_the_study_writes_a_run_that_explains_itself(quick):
@@ -251,6 +283,7 @@ def test_the_study_writes_a_run_that_explains_itself(quick):
     assert run.figures == {"screening.png"}
     assert "Screening, until the target" in run.text
     assert json.loads((run.folder / "config.json").read_text())["target"] == run.content["target"]
+    assert set(run.content["ratios"]) == {"simulations", "seconds"}
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import Friction
 from flexsim.plants.base import Plant
 from flexsim.plants.modes_plant import AssumedModesPlant
+from studies.core.evidence.intervals import share_interval
 from studies.main import main
 from studies.stability.maps import growth_rates, stability_map
 from studies.stability.simulated import simulated_errors, simulated_growth, simulated_rates
@@ -230,7 +231,12 @@ def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun
     names = ("exact", "assumed-modes", "chain")
     assert run.figures == {f"stable_{name}.png" for name in names}
     assert run.files == {"config.json", "figures", "results.csv", "screens.csv", "zeros.csv"}
-    assert [each["draws"] for each in run.content["screens"]] == [20, 20]
+    screens = run.content["screens"]
+    assert [each["draws"] for each in screens] == [20, 20]
+    for each in screens:
+        for name, count in (("stable_share", each["draws"]), ("agreement", each["compared"])):
+            ends = share_interval(round(each[name] * count), count)
+            assert (each[f"{name}_low"], each[f"{name}_high"]) == ends
     assert "Of the exact beam 1 of 1 loops do not grow, 0 without damping." in run.text
     assert "2 of 2 loops grow by no more than 0.05 1/s" in run.text
 

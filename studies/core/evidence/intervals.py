@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,57 +96,68 @@ def share_interval(count: int, runs: int, level: float = LEVEL) -> Interval:
     return float(ends.low), float(ends.high)
 
 
+def share_of(name: str, held: ArrayLike) -> dict[str, float]:
+    """Return a share of runs and its interval by name, `name_low`, `name_high`.
+
+    Args:
+        held: (n,) whether each counts, n at least 1.
+    """
+    each = np.asarray(held, dtype=bool)
+    low, high = share_interval(int(each.sum()), each.size)
+    return {name: float(each.mean()), f"{name}_low": low, f"{name}_high": high}
+
+
 def ratio_interval(
     first: ArrayLike, second: ArrayLike, seed: int, paired: bool = True, level: float = LEVEL
 ) -> Interval | None:
-    """Return the interval of median(first) / median(second); see `_bootstrap`."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return _bootstrap(np.divide, first, second, seed, paired, level)
+    """Return the interval of median(first) / median(second); see `medians_interval`."""
+    return medians_interval(np.divide, (first, second), seed, paired, level)
 
 
 def difference_interval(
     first: ArrayLike, second: ArrayLike, seed: int, paired: bool = True, level: float = LEVEL
 ) -> Interval | None:
-    """Return the interval of median(first) - median(second); see `_bootstrap`."""
-    with np.errstate(invalid="ignore"):
-        return _bootstrap(np.subtract, first, second, seed, paired, level)
+    """Return the interval of median(first) - median(second); see `medians_interval`."""
+    return medians_interval(np.subtract, (first, second), seed, paired, level)
 
 
-def _bootstrap(
-    of: Callable[[Array, Array], Array],
-    first: ArrayLike,
-    second: ArrayLike,
+def medians_interval(
+    of: Callable[..., Array],
+    samples: Sequence[ArrayLike],
     seed: int,
-    paired: bool,
-    level: float,
+    paired: bool = True,
+    level: float = LEVEL,
 ) -> Interval | None:
-    """Return a percentile bootstrap of two samples' medians; None for too few runs, or no end.
+    """Return a percentile bootstrap of what is made of samples' medians.
 
-    An end is infinite where resamples' medians diverged.
+    None for too few runs, or where neither end is known: an end is infinite where resamples'
+    medians diverged.
 
     Args:
-        of: what is made of the two medians.
-        first, second: (n,), (m,), inf where diverged; n = m where paired.
-        seed: of the resampling. paired: whether runs i of both belong together, and stay so.
+        of: from the samples' medians, arrays of one shape, to what is made of them.
+        samples: (n,) each, inf where diverged; of one length where paired.
+        seed: of the resampling. paired: whether runs i of all belong together, and stay so.
 
     Raises:
         ParameterError: paired samples of different lengths.
     """
-    one, other = _sample(first), _sample(second)
-    if paired and one.size != other.size:
+    every = [_sample(each) for each in samples]
+    sizes = [each.size for each in every]
+    if paired and len(set(sizes)) > 1:
         raise ParameterError(
-            f"paired samples have {one.size} and {other.size} runs; give as many of both"
+            f"paired samples have {' and '.join(map(str, sizes))} runs; give as many of all"
         )
-    if min(one.size, other.size) < LEAST_RUNS:
+    if min(sizes) < LEAST_RUNS:
         return None
 
-    def statistic(x: Array, y: Array, axis: int = -1) -> Array:
-        return of(np.median(x, axis=axis), np.median(y, axis=axis))
+    def statistic(*drawn: Array, axis: int = -1) -> Array:
+        return of(*(np.median(each, axis=axis) for each in drawn))
 
-    with warnings.catch_warnings():  # an interval of its own, which we do not use, may have no end
+    with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
+        # an interval of scipy's own, which we do not use, may have no end
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)
         drawn = stats.bootstrap(
-            (one, other),
+            every,
             statistic,
             n_resamples=RESAMPLES,
             batch=BATCH,
@@ -156,7 +167,7 @@ def _bootstrap(
             rng=np.random.default_rng(seed),
         ).bootstrap_distribution
     beyond = round((1 - level) / 2 * (RESAMPLES + 1))
-    unknown = np.isnan(drawn)  # both medians diverged: it may be anything
+    unknown = np.isnan(drawn)  # several medians diverged: it may be anything
     low = float(np.sort(np.where(unknown, -math.inf, drawn))[beyond - 1])
     high = float(np.sort(np.where(unknown, math.inf, drawn))[-beyond])
     return None if math.isinf(low) and math.isinf(high) else (low, high)

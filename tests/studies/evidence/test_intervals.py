@@ -12,10 +12,12 @@ from studies.core.evidence.intervals import (
     LEAST_RUNS,
     difference_interval,
     median_interval,
+    medians_interval,
     quantile,
     quantile_interval,
     ratio_interval,
     share_interval,
+    share_of,
 )
 
 REPETITIONS = 400
@@ -140,3 +142,26 @@ def test_ratios_of_runs_that_diverge() -> None:
 def test_pairs_need_each_other() -> None:
     with pytest.raises(ParameterError, match="paired samples have 6 and 7 runs"):
         ratio_interval(np.ones(6), np.ones(7), seed=1)
+
+
+def test_what_is_made_of_many_medians() -> None:
+    """Pairs stay together in any number of samples; without, the mean of two is narrower."""
+    one = np.random.default_rng(9).lognormal(size=40)
+
+    def mean(*medians: np.ndarray) -> np.ndarray:
+        return np.exp(np.mean(np.log(medians), axis=0))
+
+    four = medians_interval(mean, (one, 2 * one, 4 * one, 8 * one), seed=1)
+    alone = medians_interval(mean, (one,), seed=1)
+    assert four is not None and alone is not None
+    assert four == pytest.approx([8**0.5 * end for end in alone], rel=1e-12)
+    apart = medians_interval(mean, (one,) * 4, seed=1, paired=False)
+    assert apart is not None and apart[1] - apart[0] < 0.8 * (alone[1] - alone[0])
+    assert medians_interval(mean, (one[:5],), seed=1) is None
+
+
+def test_a_share_by_name() -> None:
+    found = share_of("held", [True, False, False, True])
+    assert found == {"held": 0.5} | dict(
+        zip(("held_low", "held_high"), share_interval(2, 4), strict=True)
+    )
