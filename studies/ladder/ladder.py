@@ -41,13 +41,13 @@ from flexsim.plants.base import Plant
 from flexsim.plants.exudyn_beam.plant import ExudynPlant
 from flexsim.robot import Robot
 from studies.core.carry_out import Study, ticker
-from studies.core.evidence.repeats import perturbed
+from studies.core.evidence.repeats import Medians, medians, perturbed, single
 from studies.core.study_options import Out, StudyOptions, ThreadOptions
 from studies.core.timing import least_cost
 from studies.ladder.figures import figures
 from studies.ladder.integrators import QUICK_STEPS, STEPS, fine_plant, frequencies, integrator_rows
 from studies.ladder.report import facts, mark_fronts, tables, verdict
-from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips, Tracking
+from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips
 from studies.parity.motions import AMPLITUDES, POSE, trial_torque
 
 Motions = Callable[[Sequence[Plant]], list[dict[str, Any]]]  # tips by torque of plants
@@ -68,8 +68,8 @@ QUICK_FINE = (12, 16, 24)
 FINER = 10  # steps of a file's chain as reference for one of its own; half as many for the doubt
 DURATION, QUICK_DURATION = 2.0, 0.5  # [s] of open loop
 TASK, READING = "circle", DEFAULT_SETTING  # closed loop: trajectory, its controllers, friction
-SHAKEN, QUICK_SHAKEN = 4, 1  # runs beside it, to see what a changed fourth digit does
-SEED = 1  # of these
+RUNS, QUICK_RUNS = 10, 2  # of one controller, its gains' fourth digits changed
+SEED = 1  # of these changes
 CHEAP = 20  # controllers in turn where there is no MuJoCo: one run is too short to time
 TIMED, QUICK_TIMED = 1.0, 0.2  # [s] of the trajectory that are timed
 
@@ -157,17 +157,16 @@ def _converged_file(robot: Robot, motions: Motions) -> Converged:
     )
 
 
-def tracking(plant: Plant, chosen: Setting, threads: int | None, shaken: int) -> Tracking:
-    """Return how one controller tracks, beside `shaken` copies with other fourth digits."""
+def tracking(plant: Plant, chosen: Setting, threads: int | None, runs: int) -> Medians:
+    """Return how one controller tracks, with its gains' fourth digits changed in every run.
+
+    EXUDYN's beam runs once, with the gains as they are.
+    """
     ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
-    shaken = 0 if isinstance(plant, ExudynPlant) else shaken
-    every = [tuned, *perturbed(tuned, shaken, np.random.default_rng(SEED))]
-    found = measure(plant, chosen, ref, every, threads=threads)
-    widths = [each["envelope"] for each in found if not each["diverged"]]
-    lost = found[0]["diverged_at"]
-    first = widths[0] if lost is None else None
-    spread = widths if shaken else []
-    return Tracking(first, lost, min(spread, default=None), max(spread, default=None))
+    if isinstance(plant, ExudynPlant):
+        return single(measure(plant, chosen, ref, [tuned], threads=threads)[0])
+    every = perturbed(tuned, runs, np.random.default_rng(SEED))
+    return medians(measure(plant, chosen, ref, every, threads=threads))
 
 
 def loop_clock(plant: Plant, chosen: Setting, seconds: float) -> Callable[[], float]:
@@ -210,14 +209,14 @@ def plant_rows(
 ) -> list[PlantRow]:
     """Return a row of every plant."""
     chosen = setting(READING, config.built)
-    shaken, seconds = (QUICK_SHAKEN, QUICK_TIMED) if config.quick else (SHAKEN, TIMED)
+    runs, seconds = (QUICK_RUNS, QUICK_TIMED) if config.quick else (RUNS, TIMED)
     rows = [
         PlantRow(
             plant.name,
             plant.step,
             *frequencies(plant),
             apart(tips, ref),
-            tracking(plant, chosen, config.threads, shaken),
+            tracking(plant, chosen, config.threads, runs),
         )
         for plant, tips in zip(plants, motions(plants), strict=True)
     ]

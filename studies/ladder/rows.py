@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexsim.numerics.types import Array
+from studies.core.evidence.repeats import Medians
 from studies.core.table import value
 
 
@@ -21,26 +22,13 @@ class Tips:
     peak_large: float
 
 
-@dataclass(frozen=True)
-class Tracking:
-    """Envelope [m] and time of divergence [s] of one controller, one of them None.
-
-    Low and high are of all runs that held: of the controller, and with its gains' fourth digits
-    changed.
-    """
-
-    envelope: float | None
-    diverged_at: float | None
-    envelope_low: float | None
-    envelope_high: float | None
-
-
 @dataclass(frozen=True, eq=False)
 class PlantRow:
     """One plant against the reference.
 
     Attributes:
         clamped_hz, joint_free_hz: (3,), nan where it has no such mode.
+        loop: how one controller tracks; None of the reference, which is not run in closed loop.
         us_per_ms: cost. pareto: whether no other row is as cheap and as near.
     """
 
@@ -49,7 +37,7 @@ class PlantRow:
     clamped_hz: Array
     joint_free_hz: Array
     tips: Tips
-    loop: Tracking
+    loop: Medians | None
     us_per_ms: float = math.nan
     pareto_small: bool = False
     pareto_large: bool = False

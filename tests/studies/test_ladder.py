@@ -9,19 +9,28 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from flexsim import Parameters
+from controllers import TUNED
+from flexsim import Parameters, setting
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import paper
+from flexsim.loop.runs import measure
+from flexsim.loop.trajectories import reference, trajectory
 from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
+from studies.core.evidence.intervals import median_interval
+from studies.core.evidence.repeats import medians, perturbed
 from studies.ladder.integrators import exact_rates, frequencies, modal_figures, stepped
-from studies.ladder.ladder import QUICK_RUNGS, LadderConfig, extrapolated, run, rungs
-from studies.ladder.report import cheapest, front, verdict
+from studies.ladder.ladder import QUICK_RUNGS, LadderConfig, extrapolated, run, rungs, tracking
+from studies.ladder.report import cheapest, front, tables, verdict
+from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips
 from studies.main import main
 
 ROOT = Path(__file__).parents[2]
-KEYS = "plant step clamped_hz joint_free_hz tip_small tip_large envelope us_per_ms pareto_small"
+KEYS = (
+    "plant step clamped_hz joint_free_hz tip_small tip_large us_per_ms pareto_small envelope "
+    "envelope_low envelope_high runs diverged_share diverged_share_low diverged_share_high"
+)
 STEPS = np.array([2.5e-4, 5e-4, 1e-3])  # [s] where mode 3 is resolved and its damping no rounding
 ORDER = 0.1  # of a fitted order: the next term of the series at omega step = 0.37
 
@@ -52,6 +61,8 @@ def test_rows_are_the_rungs(ladder: QuickRun, content: dict[str, Any]) -> None:
         assert set(KEYS.split()) <= set(row)
         assert 0 < row["tip_small"] < row["tip_large"] <= row["peak_large"]
         assert row["us_per_ms"] > 0
+        assert row["runs"] == 2 and row["envelope"] > 0 == row["diverged_share"]
+        assert row["envelope_low"] is None  # of two runs there is no interval
     assert row_of(content, "rigid")["clamped_hz"] == [None] * 3
     assert ladder.files == {"config.json", "figures", "integrators.csv", "rows.csv"}
     assert ladder.figures == {"cost_accuracy.png", "integrators.png"}
@@ -217,6 +228,33 @@ def test_bad_input_is_one_line(
     shown = capsys.readouterr()
     assert shown.out == "" and words in shown.err and len(shown.err.splitlines()) == 1
     assert not out.exists()
+
+
+def test_a_loop_is_a_median_of_runs_with_its_interval() -> None:
+    plant = Robot(paper()).plant("assumed-modes:1")
+    found = tracking(plant, setting("simulink"), None, 10)
+    assert found.runs == 10 and found.envelope and found.envelope_low and found.envelope_high
+    assert found.envelope_low <= found.envelope <= found.envelope_high
+    shaken = perturbed(TUNED["circle"], 10, np.random.default_rng(1))
+    ref = reference(trajectory("circle"), plant.parameters)
+    widths = [each["envelope"] for each in measure(plant, setting("simulink"), ref, shaken)]
+    assert (found.envelope_low, found.envelope_high) == median_interval(widths)
+
+
+def test_loops_that_are_lost_are_a_share() -> None:
+    runs = [{"envelope": 1e-2 + i * 1e-5, "diverged": False, "diverged_at": None} for i in range(7)]
+    lost = [{"envelope": None, "diverged": True, "diverged_at": 0.5 + i} for i in range(3)]
+    rows = [
+        PlantRow(name, 1e-3, np.zeros(3), np.zeros(3), Tips(0.0, 0.0, 0.0, 0.0), medians(some))
+        for name, some in (("rigid", [*runs, *lost]), ("rod", runs), ("chain:4", lost))
+    ]
+    shown = LadderResult(rows, [], Converged("none", {}, {}, np.zeros(3), np.zeros(3)))
+    words = verdict(shown)
+    assert "median envelopes from 10.0 to 10.0 mm" in words
+    assert "rigid: 30 % [11, 60] of 10 diverged" in words and "rod:" not in words
+    assert "chain:4: 100 % [44, 100] of 3 diverged" in words
+    cells = [tables(shown)[1].cells([row])[2] for row in rows]
+    assert cells == ["10.0 [10.0, ?]", "10.03 [10.00, 10.06]", "lost, 0.50 s"]
 
 
 def test_exudyn_has_rungs_if_asked_for() -> None:
