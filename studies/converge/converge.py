@@ -12,6 +12,7 @@ of the exact linear loop. What is judged and how is in `.judging`.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -218,14 +219,18 @@ def _number(change: float | None) -> float:
     return np.nan if change is None else change
 
 
-def costs_of(
-    plants: Mapping[Key, Plant], chosen: Setting, config: ConvergeConfig
-) -> dict[Key, float]:
-    """Return what a simulated millisecond costs on each plant, on one core, in turn [us]."""
-    seconds = TIMED / 5 if config.quick else TIMED
+def costs_of(plants: Mapping[Key, Plant], config: ConvergeConfig) -> dict[Key, float]:
+    """Return what a simulated millisecond costs on each plant, on one core, in turn [us].
+
+    Time of the processor, not on the wall: short loops would slip through between other work on
+    the machine, long ones would not. In the ideal loop: of one that diverges at once there is
+    nothing to time.
+    """
+    seconds, ideal = TIMED / 5 if config.quick else TIMED, setting(config.setting)
     names = {f"{key[0]} {key[1]}": key for key in plants}
-    clocks = {name: loop_clock(plants[key], chosen, seconds) for name, key in names.items()}
-    return {names[name]: cost for name, cost in least_cost(clocks, config.rounds).items()}
+    clocks = {name: loop_clock(plants[key], ideal, seconds) for name, key in names.items()}
+    costs = least_cost(clocks, config.rounds, time.process_time)
+    return {names[name]: cost for name, cost in costs.items()}
 
 
 def doubt_of(rows: Sequence[CaseRow], exact: Key) -> float | None:
@@ -253,7 +258,7 @@ def run(config: ConvergeConfig, progress: Progress | None = None) -> Convergence
     for task in tasks:
         rows += case_rows(task, rungs, plants, robot, chosen, config)
         advance()
-    costs = costs_of(plants, chosen, config)
+    costs = costs_of(plants, config)
     advance()
     judged = [
         rung_row(each, [row for row in rows if row.is_of(each)], costs, exact) for each in rungs
