@@ -108,6 +108,18 @@ def test_late_vibration_costs_more_than_early() -> None:
     assert ratio == pytest.approx(7.0, rel=0.01)  # (8 - 1)/1, one sample at the jump
 
 
+@pytest.mark.parametrize(
+    ("length", "time", "weight"), [(1.0, 1e3, 1e6), (1e3, 1.0, 1e6), (1e2, 1.0, 1e4)]
+)
+def test_units_decide_what_vibration_counts(length: float, time: float, weight: float) -> None:
+    """(5) adds m2 s and m4 s3: in ms, in mm or in cm vibration weighs 1e6, 1e6, 1e4 times more."""
+    tip = np.tile([0.03, -0.04], (2001, 1))
+    metres = motion(tip=tip, v=np.full(2001, 0.01))
+    other = replace(metres, time=time * TIME, tip=length * tip, v=length * metres.v)
+    expected = length**2 * time * performance_index(metres, (1.0, 1.0, weight))
+    assert performance_index(other) == pytest.approx(expected, rel=ROUNDING)
+
+
 def test_diverged_motion_has_an_infinite_index() -> None:
     cut = replace(motion(time=TIME[:100]), diverged=0.1)
     assert performance_index(cut) == float("inf")

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from flexsim import AssumedModesPlant, Parameters
+from controllers import TABLE_2
+from flexsim import AssumedModesPlant, Parameters, reference
 from flexsim.arm.parameters import paper
+from flexsim.loop.runs import measure
+from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import Robot
 from studies.reconstruct.reconstruct import (
     FIGURES,
@@ -53,6 +56,19 @@ def test_plus_v_diverges_at_once(figure: str) -> None:
 @pytest.mark.parametrize("name", ["no torque limits", "friction none", "friction jump"])
 def test_table_2_needs_limits_and_friction_at_the_joints(name: str) -> None:
     assert modes_row(name, "4").bounded_share == 0.0
+
+
+@pytest.mark.parametrize(("taps", "envelope"), [(9, 12.95), (10, None), (11, 6.19), (12, None)])
+def test_an_even_number_of_taps_loses_figure_5(taps: int, envelope: float | None) -> None:
+    """C_1's gain at rest is then below 0; the print of (2) has eleven."""
+    variant = BY_NAME["as reconstructed"]
+    plant = variant.plants(Robot(paper()), 3, 6)[0]
+    path = reference(variant.trajectory("circle"), plant.parameters, PERIOD)
+    filters = TABLE_2["figure-5"].filters(PERIOD, terms=taps - 1)
+    (found,) = measure(plant, variant.setting, path, [filters])
+    assert found["diverged"] is (envelope is None)
+    if envelope is not None:
+        assert 1e3 * found["envelope"] == pytest.approx(envelope, rel=SPREAD)
 
 
 def test_v_is_not_needed() -> None:
