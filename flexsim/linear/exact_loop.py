@@ -22,6 +22,7 @@ from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, SampledPlant, radii_of, sampled_plant
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.hardware import IDEAL, Hardware
+from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.step_limits import SHORTEST_STEP
 from flexsim.numerics.types import Array
@@ -66,13 +67,14 @@ def exact_loops(
     period: float = PERIOD,
     hardware: Hardware = IDEAL,
     modes: int = EXACT_MODES,
+    v_gain: float = V_GAIN,
 ) -> tuple[SampledPlant, ...]:
     """Return the exact plants of every pose, delay and torque gain, computed once.
 
     Args:
         parameters: the robot, with damping and payload. poses: theta2 [rad].
         delays: whole samples beside the hardware's own. torque_gains: pairs [-].
-        hardware: of which delay and lag count.
+        hardware: of which delay and lag count. v_gain: factor of atan(v/(r+L)), -1 in the paper.
 
     Raises:
         ParameterError: a number out of range.
@@ -80,6 +82,7 @@ def exact_loops(
     options = [
         LoopOptions(
             period,
+            v_gain,
             torque_gain=gain,
             hardware=replace(hardware, delay=hardware.delay + delay),
         )

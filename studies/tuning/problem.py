@@ -27,7 +27,7 @@ from flexsim.loop.hardware import Hardware
 from flexsim.loop.measuring import VARIATION, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of, measure
-from flexsim.loop.settings import Setting, setting
+from flexsim.loop.settings import V_GAIN, Setting, setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.types import Array
@@ -65,6 +65,7 @@ class Problem:
         held: the reference with a long hold at its end, and the hold's length [s], or None.
         exact: exact linear loops that may not grow; none unless asked for.
         effort: what a unit of total variation of the torques adds to the index [m2 s/(N m)].
+        v_gain: factor of atan(v/(r+L)) in the loops that are simulated, -1 in the paper.
     """
 
     design: ControllerDesign
@@ -77,6 +78,7 @@ class Problem:
     held: tuple[Reference, float] | None = None
     exact: tuple[SampledPlant, ...] = ()
     effort: float = 0.0
+    v_gain: float = V_GAIN
 
     @property
     def simulated(self) -> list[str]:
@@ -123,6 +125,11 @@ class Problem:
         self._hold(scores, built)
         return scores
 
+    @property
+    def _how(self) -> dict[str, Any]:
+        """Options of every simulation."""
+        return {"threads": self.threads, "same_noise": True, "v_gain": self.v_gain}
+
     def _growth(self, filters: Sequence[Filters]) -> Array:
         """Return what of controllers' exact linear loops is above 0 (P,), inf if beyond numbers."""
         growth = np.full(len(filters), np.inf)
@@ -136,7 +143,7 @@ class Problem:
         self, plant: Plant, chosen: Setting, filters: Sequence[Filters]
     ) -> tuple[Array, Array]:
         """Return indices (P,), with the effort's share, and times of divergence on one plant."""
-        how: dict[str, Any] = {"threads": self.threads, "same_noise": True, "weights": self.weights}
+        how: dict[str, Any] = {**self._how, "weights": self.weights}
         if self.effort:
             how["yard"] = yardstick(self.reference, 0.0)
         found = evaluate(plant, chosen, self.reference, filters, **how)
@@ -150,14 +157,13 @@ class Problem:
         if self.held is None:
             return
         ref, length = self.held
-        how: dict[str, Any] = {"threads": self.threads, "same_noise": True}
         for plant, chosen in self.scenarios:
             left = [i for i, index in enumerate(scores.indices) if np.isfinite(index)]
             if not left:
                 return
             pairs = [built[i] for i in left]
             for i, found in zip(
-                left, measure(plant, chosen, ref, pairs, hold=length / 2, **how), strict=True
+                left, measure(plant, chosen, ref, pairs, hold=length / 2, **self._how), strict=True
             ):
                 if found["diverged"] or grows(found, length / 2):
                     end = float(ref.time[-1])
@@ -268,6 +274,7 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
             torque_gains=tuple(dict.fromkeys((NO_FRICTION, gain))),
             period=tuning.period,
             hardware=hardware,
+            v_gain=tuning.v_gain,
         )
     )
 
@@ -321,6 +328,7 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
         held,
         exact_of(tuning, robot),
         tuning.effort,
+        tuning.v_gain,
     )
 
 

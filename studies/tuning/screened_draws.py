@@ -11,7 +11,7 @@ a simulation that diverges at once is another matter; `flexsim screening` looks 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -121,7 +121,13 @@ def screened(tuning: Tuning, draws: Distribution, problem: Problem) -> Distribut
     of_robot = len(problem.scenarios) // (len(tuning.payloads) + tuning.perturb)
     nominal = problem.scenarios[: of_robot * len(tuning.payloads)]
     plants = tuple(
-        (plant, loop_options(chosen.friction, tuning.period, hardware=chosen.hardware))
+        (
+            plant,
+            replace(
+                loop_options(chosen.friction, tuning.period, hardware=chosen.hardware),
+                v_gain=tuning.v_gain,
+            ),
+        )
         for plant, chosen in nominal
     )
     poses = tuple(extreme_poses(problem.reference))

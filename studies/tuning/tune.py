@@ -122,6 +122,9 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Payload with which it may not grow either [kg]; 0 unless given."""
     effort: float | None = None
     """What each N m of the torques' total variation adds to the index [m2 s]; 0 unless given."""
+    v_gain: float | None = None
+    """Factor of atan(v/(r+L)) in the measured angle of joint 2: -1, mirrored, as in the paper; 0
+    ignores v; -1 unless given."""
     hardware: tuple[str, ...] | None = None
     """Some of ideal, delayed (a sample of delay), bench (assumed: that delay, 10 and 5 N m, 8192
     counts a turn, 0.1 mm of noise on v); the worst counts; ideal unless given."""

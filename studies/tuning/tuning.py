@@ -15,7 +15,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.loop.metrics import WEIGHTS
-from flexsim.loop.settings import DEFAULT_SETTING, setting
+from flexsim.loop.settings import DEFAULT_SETTING, V_GAIN, setting
 from flexsim.loop.trajectories import trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import plant_kind
@@ -76,6 +76,8 @@ class Tuning:
             hardware and payloads, see `flexsim.linear.exact_loop`. exact_spread, exact_payload:
             relative change of EI, both ways, and payload [kg] with each of which it may not grow
             either.
+        v_gain: factor of atan(v/(r+L)) in the measured angle of joint 2: -1, mirrored, in the
+            paper; 0 ignores v.
         effort: what the total variation of the commanded torques adds to the index [m2 s/(N m)].
         modes: n. segments: N of the chain, None for 6 or the file's.
         robot, modal_damping: the robot without a file. mjcf, beam: its file; see `Robot.of`.
@@ -123,6 +125,7 @@ class Tuning:
     exact_spread: float = 0.0
     exact_payload: float = 0.0
     effort: float = 0.0
+    v_gain: float = V_GAIN
     hardware: str | tuple[str, ...] = "ideal"
     hardware_delay: int | None = None
     hardware_torque_limit: tuple[float, float] | None = None
@@ -178,6 +181,10 @@ class Tuning:
             raise ParameterError(f"exact payload is {self.exact_payload} kg; give 0 or more")
         if not 0 <= self.effort < math.inf:
             raise ParameterError(f"effort is {self.effort} m2 s/(N m); give 0 or more")
+        if not math.isfinite(self.v_gain):
+            raise ParameterError(
+                f"v gain is {self.v_gain}; give a finite number: -1 in the paper, 0 ignores v"
+            )
         _ = self.built
         _ = self.design  # refuses what it cannot be made of
         genetic = self.genetic

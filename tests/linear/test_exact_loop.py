@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from trial_controllers import TRIAL
 
-from controllers import TUNED
+from controllers import TUNED, textbook_pid
 from flexsim import ParameterError, Parameters
 from flexsim.arm.parameters import paper
 from flexsim.linear.exact_loop import (
@@ -56,6 +56,19 @@ def test_growth_is_the_worst_over_poses_delays_and_gains() -> None:
         for gain in gains
     ]
     assert exact_growth(loops, one)[0] == pytest.approx(max(each), abs=1e-9)
+
+
+def test_two_joint_loops_that_ignore_v_are_passive() -> None:
+    """PDs on the joints' own angles cannot make any mode grow; on the true tip they do."""
+    pds = [(textbook_pid(k, 0.0, 0.02 * k, PERIOD),) * 2 for k in (0.5, 2.0, 5.0)]
+    controllers = stack(pds, PERIOD)
+    ignored, true, mirrored = (
+        exact_growth(exact_loops(Parameters(), v_gain=v_gain), controllers)
+        for v_gain in (0.0, 1.0, -1.0)
+    )
+    assert np.all(ignored < 0)
+    assert np.all(true > 0.5)
+    assert mirrored == pytest.approx(exact_growth(exact_loops(Parameters()), controllers), abs=0)
 
 
 def test_undamped_a_mode_grows_that_three_modes_do_not_have() -> None:

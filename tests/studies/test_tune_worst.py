@@ -128,6 +128,20 @@ def test_effort_adds_the_torques_total_variation():
     assert variation > 10 and weighed - plain == pytest.approx(1e-8 * variation, rel=1e-9)
 
 
+def test_v_enters_the_loops_as_it_is_told():
+    tuning = Tuning(trajectory="circle", exact=True, long_hold=2.0, v_gain=0.0)
+    problem = problem_of(tuning)
+    plant, its = problem.scenarios[0]
+    (pair,) = problem.design.filters(HELD[None])
+    (found,) = measure(plant, its, problem.reference, [pair], v_gain=0.0)
+    assert index(tuning) == found["index"] != index(replace(tuning, v_gain=-1.0))
+    assert {loop.options.v_gain for loop in problem.exact} == {0.0}
+    true_tip = problem_of(replace(tuning, v_gain=1.0))(HELD[None])
+    assert true_tip.growth[0] > 1 and np.isinf(true_tip.indices[0])
+    unseen = problem_of(replace(tuning, exact=False, long_hold=0.0, v_gain=1.0))(HELD[None])
+    assert np.isinf(unseen.indices[0])
+
+
 def test_the_rejected_rank_last_by_their_growth():
     indices = np.array([np.inf, 2.0, np.inf, np.inf, 1.0])
     growth = np.array([3.0, 0.0, 0.5, 0.0, 0.0])
@@ -172,6 +186,7 @@ def test_a_run_of_several_can_be_read_and_continued(tmp_path, capsys):
         ({"long_hold": -1.0}, "long hold"),
         ({"long_hold": float("nan")}, "long hold"),
         ({"effort": -1.0}, "effort"),
+        ({"v_gain": float("nan")}, "v gain"),
         ({"hardware": "lab"}, "unknown"),
     ],
 )

@@ -24,7 +24,7 @@ from flexsim.linear.loop_poles import LoopOptions, SampledPlant
 from flexsim.linear.reserves import reserves
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.runs import measure
-from flexsim.loop.settings import Setting
+from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Trajectory, reference
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
@@ -120,14 +120,19 @@ def holdings(
     period: float,
     robot: Robot,
     hold: float = HOLD,
+    v_gain: float = V_GAIN,
 ) -> list[Holding]:
-    """Return the same of several plants, whose exact linear loop is one; see `holding`."""
+    """Return the same of several plants, whose exact linear loop is one; see `holding`.
+
+    Args:
+        v_gain: factor of atan(v/(r+L)) in the loops, -1 in the paper.
+    """
     longer = replace(trajectory, hold=hold)
-    exact = exact_numbers(setting, longer, controller, period, robot)
+    exact = exact_numbers(setting, longer, controller, period, robot, v_gain)
     found = []
     for plant in plants:
         path = reference(longer, plant.parameters, period)
-        (run,) = measure(plant, setting, path, [controller], min(2 * WINDOW, hold))
+        (run,) = measure(plant, setting, path, [controller], min(2 * WINDOW, hold), v_gain=v_gain)
         bounded = not run["diverged"]
         ratio = v_ratio(run, min(WINDOW, hold / 2)) if bounded else None
         found.append(Holding(bounded, run["diverged_at"], ratio, **exact))
@@ -135,13 +140,19 @@ def holdings(
 
 
 def exact_numbers(
-    setting: Setting, trajectory: Trajectory, controller: Any, period: float, robot: Robot
+    setting: Setting,
+    trajectory: Trajectory,
+    controller: Any,
+    period: float,
+    robot: Robot,
+    v_gain: float = V_GAIN,
 ) -> dict[str, float]:
-    """Return what `Holding` has of the exact linear loop; arguments as of `holding`."""
+    """Return what `Holding` has of the exact linear loop; arguments as of `holdings`."""
     own, stacked = setting.applied(robot.parameters), stack([controller], period)
     poses = extreme_poses(reference(trajectory, own, period))
-    free = LoopOptions(period, hardware=setting.hardware)
+    free = LoopOptions(period, v_gain, hardware=setting.hardware)
     rubbed = loop_options(setting.friction, period, "exact", hardware=setting.hardware)
+    rubbed = replace(rubbed, v_gain=v_gain)
     spare = reserves(_loops(own, poses, free), stacked)
     friction, undamped = (
         float(quantised(exact_growth(loops, stacked))[0])

@@ -98,6 +98,19 @@ def test_the_settings_slope_counts() -> None:
     assert close.growth <= 0 < close.growth_friction and not close.holds
 
 
+def test_v_enters_run_and_exact_loop_as_it_is_told() -> None:
+    robot, chosen = Robot(), setting("none")
+    of_gain = {
+        v_gain: holdings([robot.modes_plant(chosen)], chosen, LINE, PD, PERIOD, robot, 2.0, v_gain)[
+            0
+        ]
+        for v_gain in (-1.0, 0.0, 1.0)
+    }
+    assert of_gain[-1.0] == of(PD, robot, hold=2.0)
+    assert of_gain[0.0].growth < of_gain[-1.0].growth < 0  # no slow zero of the mirrored tip
+    assert of_gain[1.0].growth > 1 and of_gain[1.0].delay_margin == 0.0
+
+
 def test_hardware_counts() -> None:
     late = of(PD, Robot(), built=Hardware(delay=2))
     plain = of(PD, Robot())
