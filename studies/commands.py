@@ -66,6 +66,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "PidQuestionConfig",
         "why integer PIDs failed in the paper",
     ),
+    "structures": (
+        "pid_question.structures",
+        "StructuresConfig",
+        "fractional, PID or PD, v mirrored or ignored, at equal effort",
+    ),
     "screening": (
         "screening.screening",
         "ScreeningConfig",

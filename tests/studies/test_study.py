@@ -19,7 +19,7 @@ from studies.main import COMMANDS, main
 
 STUDIES = (
     *("compare", "converge", "ladder", "misprints", "pid-question", "realisations"),
-    *("reconstruct", "screening", "stability", "tables"),
+    *("reconstruct", "screening", "stability", "structures", "tables"),
 )
 SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam")
 
