@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from rich.progress import Progress
@@ -27,10 +27,12 @@ from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
-from studies.core.evidence.repeats import perturbed
+from studies.core.evidence.intervals import quantile, share_of
+from studies.core.evidence.repeats import perturbed, summary, values_of
 from studies.core.study_options import LoopOptions, Out, Perturbations
 from studies.realisations import report
 from studies.realisations.response import ORDERS, ResponseRow, response_row, sample_cost
+from studies.realisations.rows import LoopRow, RealisationsResult
 from studies.tuning.problem import distribution_for, problem_of, tune
 from studies.tuning.tuning import Tuning
 
@@ -84,24 +86,25 @@ def loop_row(
     shape: str,
     controllers: list[Controller],
     config: RealisationsConfig,
-) -> report.LoopRow:
+) -> LoopRow:
     """Return the row of a trajectory under controllers' variations."""
-    row = report.LoopRow("loop", realisation, terms, plant.name, shape)
+    row = LoopRow("loop", realisation, terms, plant.name, shape)
     try:
         filters = [each.filters(PERIOD, realisation, terms) for each in controllers]
     except ControllerError as error:
         return replace(row, refused=str(error))
     ref = reference(trajectory(shape), plant.parameters, PERIOD)
     found = measure(plant, setting(READING, config.built), ref, filters, threads=config.threads)
-    bounded = [not each["diverged"] for each in found]
-    widths = [
-        each["envelope"] if held else np.inf for each, held in zip(found, bounded, strict=True)
-    ]
+    indices, widths = values_of(found, "index"), values_of(found, "envelope")
+    spread = summary("index", indices) | summary("envelope", widths)
+    shares: dict[str, Any] = share_of("bounded_share", [not each["diverged"] for each in found])
     return replace(
         row,
-        bounded_share=float(np.mean(bounded)),
-        index=float(np.median([each["index"] for each in found])),
-        envelope=float(np.median(widths)),
+        **shares,
+        index=quantile(indices),
+        envelope=quantile(widths),
+        spread={key: each for key, each in spread.items() if key not in ("index", "envelope")},
+        indices=np.array(indices),
     )
 
 
@@ -132,7 +135,7 @@ def tuned_anew(
 
 def retuned_rows(
     realisation: str, terms: int, plants: list[Plant], shape: str, config: RealisationsConfig
-) -> Iterator[report.LoopRow]:
+) -> Iterator[LoopRow]:
     """Give the loops of all plants with gains tuned for this realisation, a row per seed.
 
     Equal seeds start equal populations, so realisations are compared in pairs.
@@ -141,7 +144,7 @@ def retuned_rows(
         best = tuned_anew(realisation, terms, shape, seed, config)
         for plant in plants:
             if best is None:
-                none = report.LoopRow("", realisation, terms, plant.name, shape, 0.0)
+                none = LoopRow("", realisation, terms, plant.name, shape, 0.0)
                 row = replace(none, index=np.inf, envelope=np.inf)
             else:
                 rng = np.random.default_rng(config.seed)
@@ -150,7 +153,7 @@ def retuned_rows(
             yield replace(row, part="retuned", seed=seed)
 
 
-def run(config: RealisationsConfig, progress: Progress | None = None) -> report.RealisationsResult:
+def run(config: RealisationsConfig, progress: Progress | None = None) -> RealisationsResult:
     """Return responses, costs and closed loops of all realisations.
 
     Raises:
@@ -161,7 +164,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> report.
     shapes = QUICK_SHAPES if config.quick else tuple(TRAJECTORIES)
     rng = np.random.default_rng(config.seed)
     given = {shape: perturbed(TUNED[shape], config.perturbations, rng) for shape in shapes}
-    rows: list[ResponseRow | report.LoopRow] = []
+    rows: list[ResponseRow | LoopRow] = []
     for realisation, terms in counted(progress, "loops", choices(config.quick)):
         cost = sample_cost(*operator(realisation, 0.5, PERIOD, terms))
         rows.extend(response_row(realisation, terms, order, cost) for order in ORDERS)
@@ -172,7 +175,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> report.
     for realisation, terms in counted(progress, "search", RETUNED_TERMS.items()):
         for shape in shapes:
             rows.extend(retuned_rows(realisation, terms, plants, shape, config))
-    return report.RealisationsResult(rows)
+    return RealisationsResult(rows, config.seed)
 
 
 command = Study(run, report.tables, report.verdict, report.figures)

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,152 +16,22 @@ from flexsim.numerics.clocks import PERIOD
 from studies.core.figures import COLOURS, FONT, canvas, finish, mark, name_lines
 from studies.core.paper import PLANTS
 from studies.core.table import Column, Table
-from studies.realisations.response import BAND_HZ, ORDERS, ResponseRow, band
+from studies.realisations.response import BAND_HZ, ORDERS, band
+from studies.realisations.rows import (
+    GAINS,
+    Chosen,
+    FactorRow,
+    LoopRow,
+    RealisationsResult,
+    by_case,
+    by_choice,
+    factor_rows,
+    loop_summaries,
+    response_summaries,
+)
 
-RETAINED = ("tustin", 10)  # (2) with the p of section 3.2
 DRAWN_ORDER = 0.5
 DASHES = ("-", "--", "-.", ":")
-INDEX = 1e4  # the tables' indices are in 1e-4 m2 s
-GAINS = {"loop": "the same gains", "retuned": "gains tuned anew"}  # by part
-
-Chosen = tuple[str, int]  # realisation and terms
-AnyRow = TypeVar("AnyRow", "ResponseRow", "LoopRow")
-
-
-@dataclass(frozen=True)
-class LoopRow:
-    """A trajectory under a controller's variations.
-
-    The median index (5) [m2 s] and envelope [m] are infinite where most runs diverge, and None with
-    the reason in `refused` where the controllers cannot be built; seed: of the search, if any.
-    """
-
-    part: str
-    realisation: str
-    terms: int
-    plant: str
-    trajectory: str
-    bounded_share: float | None = None
-    index: float | None = None
-    envelope: float | None = None
-    refused: str | None = None
-    seed: int | None = None
-
-
-@dataclass(frozen=True)
-class ResponseSummary:
-    """A realisation's errors over all orders and frequencies, and the cost of a sample."""
-
-    realisation: str
-    terms: int
-    magnitude_rms_db: float
-    magnitude_max_db: float
-    phase_rms_deg: float
-    phase_max_deg: float
-    cost_ns: float
-
-
-@dataclass(frozen=True)
-class LoopSummary:
-    """The median index over the searches of a case, and the realisation's mean factor to (2)."""
-
-    realisation: str
-    terms: int
-    trajectory: str
-    plant: str
-    index: float | None
-    factor: float
-
-    @property
-    def outcome(self) -> str:
-        """The index in 1e-4 m2 s, or what became of the loops."""
-        if self.index is None:
-            return "-"
-        return f"{INDEX * self.index:.3g}" if math.isfinite(self.index) else "div"
-
-
-@dataclass(frozen=True, eq=False)
-class RealisationsResult:
-    """Rows by 'part': 'response', 'loop' with the tuned gains, 'retuned'."""
-
-    rows: list[ResponseRow | LoopRow]
-
-    @property
-    def responses(self) -> list[ResponseRow]:
-        """Errors and costs of the filters."""
-        return [row for row in self.rows if isinstance(row, ResponseRow)]
-
-    def loops(self, part: str) -> list[LoopRow]:
-        """Return the closed loops of a part."""
-        return [row for row in self.rows if isinstance(row, LoopRow) and row.part == part]
-
-
-def _chosen(rows: Sequence[AnyRow]) -> dict[Chosen, list[AnyRow]]:
-    """Return rows by realisation and terms, in their order."""
-    found: dict[Chosen, list[AnyRow]] = {}
-    for row in rows:
-        found.setdefault((row.realisation, row.terms), []).append(row)
-    return found
-
-
-def response_summaries(rows: Sequence[ResponseRow]) -> list[ResponseSummary]:
-    """Return each filter's rms and largest errors of all orders."""
-    found = []
-    for (realisation, terms), every in _chosen(rows).items():
-        found.append(
-            ResponseSummary(
-                realisation,
-                terms,
-                float(np.sqrt(np.mean([row.magnitude_rms_db**2 for row in every]))),
-                max(row.magnitude_max_db for row in every),
-                float(np.sqrt(np.mean([row.phase_rms_deg**2 for row in every]))),
-                max(row.phase_max_deg for row in every),
-                every[0].cost_ns,
-            )
-        )
-    return found
-
-
-def _by_case(rows: Sequence[LoopRow]) -> dict[tuple[str, str], list[float | None]]:
-    """Return indices by trajectory and plant; there is one per search."""
-    cases: dict[tuple[str, str], list[float | None]] = {}
-    for row in rows:
-        cases.setdefault((row.trajectory, row.plant), []).append(row.index)
-    return cases
-
-
-def _median(indices: Sequence[float | None]) -> float | None:
-    """Return the median index [m2 s], None if a controller could not be built."""
-    known = [index for index in indices if index is not None]
-    return float(np.median(known)) if len(known) == len(indices) else None
-
-
-def relative_index(rows: Sequence[LoopRow], chosen: Chosen) -> float:
-    """Return the geometric mean of the indices over that of (2), ten terms; inf if one fails.
-
-    Args:
-        rows: of a part; chosen: realisation and terms.
-    """
-
-    def logs(pair: Chosen) -> list[float]:
-        mine = [row for row in rows if (row.realisation, row.terms) == pair]
-        medians = map(_median, _by_case(mine).values())
-        return [math.inf if each is None else math.log(each) for each in medians]
-
-    own, retained = np.mean(logs(chosen)), np.mean(logs(RETAINED))
-    return float(np.exp(own - retained)) if np.isfinite(retained) else math.inf
-
-
-def loop_summaries(rows: Sequence[LoopRow]) -> list[LoopSummary]:
-    """Return each realisation's median index, by case."""
-    return [
-        LoopSummary(*chosen, *case, _median(indices), relative_index(rows, chosen))
-        for chosen in _chosen(rows)
-        for case, indices in _by_case(
-            [row for row in rows if (row.realisation, row.terms) == chosen]
-        ).items()
-    ]
-
 
 RESPONSES = (
     Column("realisation"),
@@ -184,54 +52,64 @@ def _loop_columns(rows: Sequence[LoopRow]) -> tuple[Column, ...]:
             Column("outcome", shape, form=lambda row: row.outcome, where={"trajectory": shape})
             for shape in dict.fromkeys(row.trajectory for row in rows)
         ),
-        Column("factor", "to (2)", form=".2f", once=True),
+        Column("factor", "to (2)", form=lambda row: row.factor, once=True),
     )
 
 
 def tables(result: RealisationsResult) -> list[Table]:
     """Return the responses and both parts' loops."""
     loop, retuned = result.loops("loop"), result.loops("retuned")
+    factors = factor_rows(result)
     orders = f"orders {min(ORDERS)} to {max(ORDERS)}, {BAND_HZ[0]:g} to {BAND_HZ[1]:g} Hz"
-    line = ("realisation", "terms")
     return [
         Table(result.rows, key="rows"),
         Table(result.responses, file="responses.csv"),
         Table(loop, file="loops.csv"),
         Table(retuned, file="retuned.csv"),
+        Table(factors, key="factors", file="factors.csv"),
         Table(
             response_summaries(result.responses),
             RESPONSES,
             f"Error against (j omega)^nu, {orders};\ncost of a sample in the compiled filter",
         ),
-        Table(
-            loop_summaries(loop),
-            _loop_columns(loop),
+        _loop_table(
+            loop,
+            [row for row in factors if row.part == "loop"],
             "Median index (5) with the same gains, 1e-4 m2 s, assumed modes | chain;\n"
-            "to (2): geometric mean over that of (2) with ten terms",
-            line=line,
+            "to (2): geometric mean over that of (2) with ten terms, and its 95 % interval",
         ),
-        Table(
-            loop_summaries(retuned),
-            _loop_columns(retuned),
-            "The same, each tuned anew by a short search (medians of the searches)",
-            line=line,
+        _loop_table(
+            retuned,
+            [row for row in factors if row.part == "retuned"],
+            "The same, each tuned anew by a short search: medians of the searches; to (2): and\n"
+            "the range of single seeds",
         ),
     ]
+
+
+def _loop_table(rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: str) -> Table:
+    """Return the table of a part's loops."""
+    return Table(
+        loop_summaries(rows, factors),
+        _loop_columns(rows),
+        title,
+        line=("realisation", "terms"),
+        tight=True,
+    )
 
 
 def verdict(result: RealisationsResult) -> str:
     """Return in words whether (2) is the best, with the gains as they are and tuned anew."""
     lines = []
     for part, gains in GAINS.items():
-        rows = result.loops(part)
-        factors = {pair: relative_index(rows, pair) for pair in _chosen(rows)}
-        held = sum(map(math.isfinite, factors.values()))
-        better = sorted((factor, pair) for pair, factor in factors.items() if factor < 1)
+        factors = [row for row in factor_rows(result) if row.part == part]
+        held = sum(math.isfinite(row.factor) for row in factors)
+        better = sorted((row for row in factors if row.factor < 1), key=lambda row: row.factor)
         text = f"With {gains} {held} of {len(factors)} hold everywhere, "
         if better:
-            factor, (name, terms) = better[0]
-            text += f"{len(better)} with a lower index than (2) with ten terms; lowest {name}, "
-            text += f"{terms} terms, {factor:.2f} of it."
+            least = better[0]
+            text += f"{len(better)} with a lower index than (2) with ten terms; lowest "
+            text += f"{least.realisation}, {least.terms} terms, {least.shown} of it."
         else:
             text += "none with a lower index than (2) with ten terms."
         lines.append(text)
@@ -246,9 +124,9 @@ def verdict(result: RealisationsResult) -> str:
 def _spreads(rows: Sequence[LoopRow]) -> list[float]:
     """Return the largest over the least index of each case's searches, where all held."""
     found = []
-    for chosen in _chosen(rows):
+    for chosen in by_choice(rows):
         mine = [row for row in rows if (row.realisation, row.terms) == chosen]
-        for case in _by_case(mine).values():
+        for case in by_case(mine).values():
             known = [index for index in case if index is not None and math.isfinite(index)]
             if len(known) == len(case):
                 found.append(max(known) / min(known))
@@ -257,7 +135,7 @@ def _spreads(rows: Sequence[LoopRow]) -> list[float]:
 
 def figures(result: RealisationsResult) -> Iterator[tuple[str, Figure]]:
     """Give the errors over frequency, and the index of every realisation, by part."""
-    yield "responses", response_figure(list(_chosen(result.responses)))
+    yield "responses", response_figure(list(by_choice(result.responses)))
     for part in GAINS:
         yield part, loop_figure(result.loops(part))
 
@@ -284,7 +162,7 @@ def response_figure(chosen: Sequence[Chosen]) -> Figure:
 
 def loop_figure(loops: Sequence[LoopRow]) -> Figure:
     """Return the median index (5) of every realisation, a panel per trajectory."""
-    chosen = list(_chosen(loops))
+    chosen = list(by_choice(loops))
     shapes = list(dict.fromkeys(row.trajectory for row in loops))
     figure, ((*panels,),) = canvas(1, len(shapes), height=2.0 + 0.36 * len(chosen), sharey=True)
     for axes, shape in zip(panels, shapes, strict=True):

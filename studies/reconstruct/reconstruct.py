@@ -6,15 +6,17 @@
 Table 2's controllers on Figures 3 to 6, on both plants, under the setting `reconstructed` and
 under every change of it: torque limits, friction's reading, the sign of v, each fitted number,
 the placement of the figures, the numerics. Figures are shares and medians over seeded changes of
-the gains' fourth digits. Beside them: whether the motion is chaotic, from pairs of runs that
-start a hair apart; and in which unit of time Table 2's gains fall inside Table 1's distributions.
+the gains' fourth digits, with their 95 % intervals. Beside them: whether the motion is chaotic,
+from pairs of runs that start a hair apart; and in which unit of time Table 2's gains fall inside
+Table 1's distributions.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from rich.progress import Progress
@@ -29,10 +31,12 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study, counted
-from studies.core.evidence.repeats import perturbed
+from studies.core.evidence.intervals import share_of
+from studies.core.evidence.repeats import perturbed, summary, values_of
 from studies.core.paper import PAPER_ENVELOPES
 from studies.core.study_options import LoopOptions, Out, Perturbations
 from studies.reconstruct import report
+from studies.reconstruct.rows import ChaosRow, FigureRow, ReconstructResult, UnitRow, misfit_row
 from studies.reconstruct.variants import QUICK, Variant, variants
 from studies.tuning.distributions import NAMES, TABLE_1
 
@@ -65,8 +69,11 @@ class ReconstructConfig(LoopOptions):
 
 def figure_row(
     variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
-) -> report.FigureRow:
-    """Return the row of one variant, figure and plant over perturbed gains."""
+) -> tuple[FigureRow, list[float]]:
+    """Return the row of one variant, figure and plant, and the envelopes that it is of.
+
+    Those are of controllers with perturbed gains [m], the same for all rows; inf where diverged.
+    """
     shape, column, entry = FIGURES[figure]
     ref = reference(variant.trajectory(shape), plant.parameters, PERIOD)
     rng = np.random.default_rng(config.seed)
@@ -74,22 +81,21 @@ def figure_row(
     found = measure(
         plant, variant.setting, ref, controllers, threads=config.threads, v_gain=variant.v_gain
     )
+    lost = [each["diverged_at"] for each in found if each["diverged"]]
     widths = [each["envelope"] for each in found if not each["diverged"]]
-    gone = [each["diverged_at"] for each in found if each["diverged"]]
-    quartiles = [float(q) for q in np.percentile(widths, [25, 50, 75])] if widths else [None] * 3
-    return report.FigureRow(
-        group=variant.group,
-        variant=variant.name,
-        figure=figure,
-        plant=plant.name,
-        runs=len(found),
-        bounded_share=len(widths) / len(found),
-        envelope=quartiles[1],
-        envelope_quartile_1=quartiles[0],
-        envelope_quartile_3=quartiles[2],
-        diverged_at=float(np.median(gone)) if len(gone) else None,
-        paper_simulation=PAPER_ENVELOPES[entry][0],
-    )
+    figures: dict[str, Any] = {
+        **share_of("bounded_share", [not each["diverged"] for each in found]),
+        **summary("envelope", widths),
+        **median_of("diverged_at", lost),
+    }
+    names = (variant.group, variant.name, figure, plant.name)
+    row = FigureRow(*names, len(found), **figures, paper_simulation=PAPER_ENVELOPES[entry][0])
+    return row, values_of(found, "envelope")
+
+
+def median_of(name: str, values: Sequence[float]) -> dict[str, Any]:
+    """Return a median and its interval by name, as `summary` has them, without quartiles."""
+    return {key: each for key, each in summary(name, values).items() if "quartile" not in key}
 
 
 def start_runs(
@@ -117,7 +123,7 @@ def start_runs(
 
 def chaos_row(
     variant: Variant, figure: str, plant: Plant, config: ReconstructConfig
-) -> tuple[report.ChaosRow, Array]:
+) -> tuple[ChaosRow, Array]:
     """Return how runs a hair apart part, and the joints' largest distance (K,) [rad].
 
     The kind of motion: 'chaotic' where most pairs the least hair apart come to be more than
@@ -134,19 +140,36 @@ def chaos_row(
     shares = (by_hair > TIP_APART).mean(axis=1)
     kind = "chaotic" if shares[0] > 0.5 else "mixed" if shares.any() else "regular"
     least = np.linalg.norm(np.array(joints[1 : count + 1]) - joints[0], axis=2)  # (P, K)
-    row = report.ChaosRow(
+    row = ChaosRow(
         variant=variant.name,
         figure=figure,
         plant=plant.name,
-        amplification=float(np.median(least.max(axis=1)) / HAIRS[0]),
-        lasting=float(np.median(least[:, -1]) / HAIRS[0]),
-        apart={f"apart_{hair:.0e}": float(x) for hair, x in zip(HAIRS, shares, strict=True)},
+        **median_of("amplification", _grown(least.max(axis=1))),
+        **median_of("lasting", _grown(least[:, -1])),
+        apart=_shares_apart(by_hair),
         kind=kind,
     )
     return row, least.max(axis=0)
 
 
-def unit_rows() -> list[report.UnitRow]:
+def _grown(apart: Array) -> list[float]:
+    """Return distances over the least hair; inf where a run diverged."""
+    return (np.nan_to_num(apart, nan=np.inf) / HAIRS[0]).tolist()
+
+
+def _shares_apart(by_hair: Array) -> dict[str, float]:
+    """Return the shares of pairs whose tips come to be far apart, with their intervals.
+
+    Args:
+        by_hair: (hairs, pairs) largest distances of the tips [m].
+    """
+    shares: dict[str, float] = {}
+    for hair, apart in zip(HAIRS, by_hair, strict=True):
+        shares |= share_of(f"apart_{hair:.0e}", apart > TIP_APART)
+    return shares
+
+
+def unit_rows() -> list[UnitRow]:
     """Return every gain of Table 2 in seconds and in milliseconds, in deviations of Table 1."""
     rows = []
     table_1 = {name: draw.numbers for name, draw in zip(NAMES, TABLE_1.draws, strict=True)}
@@ -160,7 +183,7 @@ def unit_rows() -> list[report.UnitRow]:
                 units = (k, k * 1000.0**nu)
                 apart = [(gain - mean) / deviation for gain in units]
                 name = figure.removeprefix("figure-")
-                rows.append(report.UnitRow(name, f"k_{joint + number}", nu, *units, *apart))
+                rows.append(UnitRow(name, f"k_{joint + number}", nu, *units, *apart))
     return rows
 
 
@@ -177,24 +200,27 @@ def chosen(config: ReconstructConfig) -> list[Variant]:
     return [replace(it, setting=replace(it.setting, hardware=config.built)) for it in kept]
 
 
-def run(config: ReconstructConfig, progress: Progress | None = None) -> report.ReconstructResult:
+def run(config: ReconstructConfig, progress: Progress | None = None) -> ReconstructResult:
     """Return the reconstruction and its variants.
 
     Raises:
         ParameterError, ModelError: perturbations, seed, modes, segments or threads out of range.
     """
     config = config.asked()
-    result = report.ReconstructResult([], [], unit_rows(), {})
+    result = ReconstructResult([], [], unit_rows(), {}, [])
     todo, robot = chosen(config), config.robot_of()
     for variant in counted(progress, "reconstruct", todo):
-        plants = variant.plants(robot, config.modes, config.segments)
+        plants, every = variant.plants(robot, config.modes, config.segments), []
         for figure in FIGURES:
             for plant in plants:
-                result.rows.append(figure_row(variant, figure, plant, config))
+                every.append(figure_row(variant, figure, plant, config))
                 if looked_at_closely(variant, figure):
                     row, kept = chaos_row(variant, figure, plant, config)
                     result.chaos.append(row)
                     result.apart.setdefault((figure, plant.name), kept)
+        rows = [row for row, _ in every]
+        result.rows.extend(rows)
+        result.misfits.append(misfit_row(rows, [widths for _, widths in every], config.seed))
     return result
 
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,113 +14,24 @@ from matplotlib.figure import Figure
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.recording.traces import spoken
+from studies.core.evidence.digits import supported, with_interval
+from studies.core.evidence.intervals import share_interval
 from studies.core.figures import canvas, finish, mark, name_lines, style
 from studies.core.paper import PLANTS
 from studies.core.table import Column, Table
+from studies.reconstruct.rows import MM, FigureRow, ReconstructResult
 
 LEAST = 1e-15  # [rad]; distances below are rounding
-MM = 1e3  # [mm/m]
-
-
-@dataclass(frozen=True)
-class FigureRow:
-    """One variant, figure and plant over perturbed gains.
-
-    Envelopes [m] are of the runs that stayed bounded, None where none did; the time of divergence
-    [s] is the median of those that did not.
-    """
-
-    group: str
-    variant: str
-    figure: str
-    plant: str
-    runs: int
-    bounded_share: float
-    envelope: float | None
-    envelope_quartile_1: float | None
-    envelope_quartile_3: float | None
-    diverged_at: float | None
-    paper_simulation: float
-
-    @property
-    def outcome(self) -> str:
-        """The median in mm, or when all runs diverged, or the share that did not."""
-        if self.bounded_share == 1.0 and self.envelope is not None:
-            return f"{MM * self.envelope:5.1f}"
-        if self.bounded_share == 0.0:
-            return f"†{self.diverged_at:4.2f}"
-        return f"{100 * self.bounded_share:4.0f}%"
-
-
-@dataclass(frozen=True)
-class ChaosRow:
-    """How pairs of runs a hair apart part.
-
-    Attributes:
-        amplification, lasting: medians of the joints' largest and last distances over the hair.
-        apart: shares of pairs whose tips come to be far apart, by hair.
-        kind: 'chaotic', 'regular' or 'mixed'.
-    """
-
-    variant: str
-    figure: str
-    plant: str
-    amplification: float
-    lasting: float
-    apart: Mapping[str, float]
-    kind: str
-
-
-@dataclass(frozen=True)
-class UnitRow:
-    """A gain of Table 2 in seconds and in milliseconds, in deviations of Table 1."""
-
-    figure: str
-    gain: str
-    order: float
-    seconds: float
-    milliseconds: float
-    deviations_seconds: float
-    deviations_milliseconds: float
-
-
-@dataclass(frozen=True, eq=False)
-class ReconstructResult:
-    """Rows per variant, figure and plant; chaos per figure and plant; units per gain.
-
-    Attributes:
-        apart: (K,) distance of the joints of two runs [rad], by figure and plant.
-    """
-
-    rows: list[FigureRow]
-    chaos: list[ChaosRow]
-    units: list[UnitRow]
-    apart: dict[tuple[str, str], Array]
-
-
-def misfit(rows: Sequence[FigureRow]) -> float | None:
-    """Return the mean factor between envelopes and Table 3's, None where any run diverges."""
-    found = [row.envelope for row in rows if row.bounded_share == 1.0 and row.envelope is not None]
-    if len(found) < len(rows):
-        return None
-    logs = np.log(np.array(found) / [row.paper_simulation for row in rows])
-    return float(np.exp(np.sqrt(np.mean(logs**2))))
-
-
-def misfits(rows: Sequence[FigureRow]) -> dict[str, float | None]:
-    """Return the mean factor of every variant."""
-    names = dict.fromkeys(row.variant for row in rows)
-    return {name: misfit([row for row in rows if row.variant == name]) for name in names}
 
 
 def tables(result: ReconstructResult) -> list[Table]:
     """Return both plants' envelopes by variant, how runs part, and Table 2's units."""
     paper = {row.figure: MM * row.paper_simulation for row in result.rows}
-    factors = misfits(result.rows)
+    factors = {row.variant: row for row in result.misfits}
 
     def factor(row: FigureRow) -> str:
         known = factors[row.variant]
-        return "-" if known is None else f"{known:.2f}"
+        return supported(known.factor, known.factor_low, known.factor_high)
 
     envelopes = (
         Column("variant", "variant\nTable 3"),
@@ -139,6 +49,7 @@ def tables(result: ReconstructResult) -> list[Table]:
         *(
             Column(hair, hair.removeprefix("apart_"), form="3.0f", scale=100)
             for hair in result.chaos[0].apart
+            if not hair.endswith(("_low", "_high"))
         ),
         Column("kind", form=lambda row: f"{row.kind:>7}"),
     )
@@ -156,7 +67,8 @@ def tables(result: ReconstructResult) -> list[Table]:
             result.rows,
             envelopes,
             "Median envelope in mm, assumed modes | chain; †t: all diverge, median time in s;\n"
-            "n%: only so many runs stay bounded; off: mean factor to Table 3",
+            "n%: only so many runs stay bounded; off: mean factor to Table 3. Digits are those\n"
+            "that 95 % intervals support, which are in results.csv and misfits.csv",
             key="rows",
             file="results.csv",
             line=("group", "variant"),
@@ -172,6 +84,7 @@ def tables(result: ReconstructResult) -> list[Table]:
             line=("variant", "figure"),
             tight=True,
         ),
+        Table(result.misfits, key="misfits", file="misfits.csv"),
         Table(result.units, key="units", file="units.csv"),
         Table(
             [row for row in result.units if row.seconds != 0.0],
@@ -193,13 +106,27 @@ def verdict(result: ReconstructResult) -> str:
         f"{held} of {len(shares)} variants keep every run bounded, in all figures on both plants.",
         f"Nothing stays bounded with: {', '.join(lost) or 'none of them'}.",
     ]
-    nearest = sorted((f, name) for name, f in misfits(rows).items() if f is not None)
-    if nearest:
-        lines.append(f"Nearest to Table 3: {nearest[0][1]}, off by a factor {nearest[0][0]:.2f}.")
+    known = [row for row in result.misfits if row.factor is not None]
+    if known:
+        nearest = min(known, key=lambda row: row.factor or 0.0)
+        ends = nearest.factor_low, nearest.factor_high
+        factor = with_interval(nearest.factor, *ends)
+        lines.append(f"Nearest to Table 3: {nearest.variant}, off by a factor {factor}.")
     lines += [_spread(rows), *_placements(rows)]
     kinds = [row.kind for row in result.chaos]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
-    return "\n".join([*lines, f"Of {len(kinds)} motions looked at closely: {counts}."])
+    lines.append(f"Of {len(kinds)} motions looked at closely: {counts}.")
+    return "\n".join([*lines, _sure(rows)])
+
+
+def _sure(rows: Sequence[FigureRow]) -> str:
+    """Return in words how much is known where every run stays bounded, or none does."""
+    runs = max(row.runs for row in rows)
+    least, most = share_interval(runs, runs)[0], share_interval(0, runs)[1]
+    return (
+        f"Where all of {runs} runs stay bounded at least {100 * least:.0f} % do, where none does "
+        f"at most {100 * most:.0f} % (95 %)."
+    )
 
 
 def _spread(rows: Sequence[FigureRow]) -> str:

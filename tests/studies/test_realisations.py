@@ -9,14 +9,17 @@ from quick_run import QuickRun
 
 from controllers import TUNED, operator
 from flexsim import AssumedModesPlant, Parameters
+from studies.core.evidence.intervals import share_interval
 from studies.realisations.realisations import LENGTHS, RealisationsConfig, loop_row, tuned_anew
-from studies.realisations.report import (
+from studies.realisations.report import tables, verdict
+from studies.realisations.response import ORDERS, band, response_row, sample_cost
+from studies.realisations.rows import (
+    FactorRow,
     LoopRow,
     RealisationsResult,
+    factor_rows,
     relative_index,
-    verdict,
 )
-from studies.realisations.response import ORDERS, band, response_row, sample_cost
 
 FORGOTTEN_DEG = 45.0  # phase of (j omega)^0.5, all missing where a filter acts as a gain
 ENDS = ("_db", "_deg")
@@ -65,6 +68,7 @@ def test_loops_of_two_hold_and_too_many_poles_are_refused() -> None:
     plant = AssumedModesPlant(Parameters())
     held = loop_row("tustin", 10, plant, "circle", [TUNED["circle"]], RealisationsConfig())
     assert held.bounded_share == 1.0 and 0 < held.index < 1e-3 and held.envelope < 0.03
+    assert (held.bounded_share_low, held.bounded_share_high) == share_interval(1, 1)
     lost = loop_row(
         "backward-fraction", 12, plant, "circle", [TUNED["circle"]], RealisationsConfig()
     )
@@ -96,7 +100,45 @@ def test_relative_index_is_a_geometric_mean() -> None:
     assert relative_index(rows, ("oustaloup", 5)) == pytest.approx(0.5)
     assert relative_index(rows, ("tustin", 5)) == np.inf
     anew = [replace(row, part="retuned") for row in rows]
-    assert "oustaloup, 5 terms, 0.50" in verdict(RealisationsResult([*rows, *anew]))
+    assert "oustaloup, 5 terms, 0.5 of it" in verdict(RealisationsResult([*rows, *anew]))
+
+
+def measured(name: str, terms: int, indices: np.ndarray, shape: str, lost: int = 0) -> LoopRow:
+    """A row of runs, the last of which diverged."""
+    found = np.where(np.arange(len(indices)) < len(indices) - lost, indices, np.inf)
+    return replace(loop(name, terms, float(np.median(found)), shape), indices=found)
+
+
+def test_factors_have_the_interval_of_pairs() -> None:
+    """Equal controllers under both: what these share does not blur the ratio."""
+    common = np.random.default_rng(1).lognormal(size=(2, 12))
+    rows = [measured("tustin", 10, each, shape) for each, shape in zip(common, "ab", strict=True)]
+    for factors, shape, each in zip(((2.0, 1.0), (8.0, 1.0)), "ab", common, strict=True):
+        rows.append(measured("oustaloup", 5, factors[0] * each, shape))
+        rows.append(measured("tustin", 5, factors[1] * each, shape, lost=6))
+    found = {(row.realisation, row.terms): row for row in factor_rows(RealisationsResult(rows))}
+    four = found["oustaloup", 5]
+    assert (four.factor, four.factor_low, four.factor_high) == pytest.approx((4, 4, 4))
+    assert four.shown == "4.00 [4.00, 4.00]"
+    assert found["tustin", 10].shown == "1.00 [1.00, 1.00]"
+    lost = found["tustin", 5]
+    assert lost.factor == np.inf and lost.factor_high is None and lost.shown.endswith("?]")
+    cells = next(table for table in tables(RealisationsResult(rows)) if table.tight)
+    assert cells.cells([row for row in cells.rows if row.terms == 5][:2])[-1] == four.shown
+
+
+def test_searches_have_the_range_of_their_seeds() -> None:
+    rows = []
+    for seed, factor in ((1, 0.5), (2, 3.0), (3, 2.0)):
+        rows += [
+            replace(loop(*each), part="retuned", seed=seed)
+            for each in (("tustin", 10, 1.0), ("oustaloup", 5, factor))
+        ]
+    (own,) = (
+        row for row in factor_rows(RealisationsResult(rows)) if row.realisation == "oustaloup"
+    )
+    assert own == FactorRow("retuned", "oustaloup", 5, pytest.approx(2), None, None, 0.5, 3.0)
+    assert own.shown == "2.0 (0.5 to 3.0)"
 
 
 def test_nothing_is_relative_to_a_loop_that_fails() -> None:
@@ -111,6 +153,8 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert parts.count("loop") == 2 * 9 and parts.count("retuned") == 2 * 6
     assert parts.count("response") == 9 * len(ORDERS)
     assert all(row["bounded_share"] == 1.0 for row in rows if row["part"] == "loop")
+    assert len(run.content["factors"]) == 9 + 6
+    assert all(row["bounded_share_high"] == 1.0 for row in rows if row["part"] == "loop")
     assert run.figures == {"loop.png", "retuned.png", "responses.png"}
     for name, part in (("responses", "response"), ("loops", "loop"), ("retuned", "retuned")):
         assert {row["part"] for row in run.table(f"{name}.csv")} == {part}

@@ -13,6 +13,7 @@ from flexsim.arm.parameters import paper
 from flexsim.loop.runs import measure
 from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import Robot
+from studies.core.evidence.intervals import share_interval
 from studies.reconstruct.reconstruct import (
     FIGURES,
     ReconstructConfig,
@@ -20,7 +21,7 @@ from studies.reconstruct.reconstruct import (
     figure_row,
     unit_rows,
 )
-from studies.reconstruct.report import FigureRow, misfit
+from studies.reconstruct.rows import FigureRow, misfit_row
 from studies.reconstruct.variants import LIMITS, QUICK, Variant, variants
 
 QUICKLY = ReconstructConfig(quick=True).asked()
@@ -33,7 +34,7 @@ def modes_row(name: str, figure: str) -> FigureRow:
     variant = BY_NAME[name]
     plant = variant.plants(Robot(paper()), 3, 6)[0]
     assert isinstance(plant, AssumedModesPlant)
-    return figure_row(variant, figure, plant, QUICKLY)
+    return figure_row(variant, figure, plant, QUICKLY)[0]
 
 
 @pytest.mark.parametrize(
@@ -44,6 +45,8 @@ def test_as_reconstructed_all_runs_are_bounded(figure: str, envelope: float) -> 
     assert row.bounded_share == 1.0 and row.diverged_at is None
     assert row.envelope == pytest.approx(envelope, rel=SPREAD)
     assert row.envelope_quartile_1 <= row.envelope <= row.envelope_quartile_3
+    assert (row.bounded_share_low, row.bounded_share_high) == share_interval(3, 3)
+    assert row.envelope_low is None  # of three runs there is no interval
 
 
 @pytest.mark.parametrize("figure", FIGURES)
@@ -120,11 +123,33 @@ def test_leading_gains_fall_inside_table_1_in_milliseconds_only() -> None:
     assert {row.gain for row in unit_rows()} <= {f"k_{i}" for i in range(1, 7)}
 
 
-def test_misfit_is_a_factor() -> None:
-    names = ("base", "as it is", "3", "chain", 2)
-    row = FigureRow(*names, 1.0, 0.02, None, None, None, paper_simulation=0.01)
-    assert misfit([row, replace(row, envelope=0.005)]) == pytest.approx(2)
-    assert misfit([row, replace(row, bounded_share=0.5)]) is None
+def made_row(figure: str, share: float = 1.0) -> FigureRow:
+    names = ("base", "as it is", figure, "chain", 8, share, 0.0, 1.0)
+    return FigureRow(*names, 0.02, *[None] * 7, paper_simulation=0.01)
+
+
+def test_misfit_is_a_factor_with_an_interval() -> None:
+    """Twice as wide and half as wide are as far off; pairs of runs stay together."""
+    sample = 0.02 * np.exp(0.05 * np.random.default_rng(1).normal(size=9))
+    sample *= 0.02 / np.median(sample)
+    rows = [made_row("3"), made_row("4")]
+    found = misfit_row(rows, [sample, 0.01**2 / sample], seed=1)
+    assert found.factor == pytest.approx(2)
+    assert 1.9 < found.factor_low < 2 < found.factor_high < 2.1
+    exact = misfit_row(rows, [[0.02] * 9, [0.005] * 9], seed=1)
+    assert (exact.factor_low, exact.factor_high) == pytest.approx((2, 2))
+    few = misfit_row(rows, [sample[:5], sample[:5]], seed=1)
+    assert few.factor is not None and few.factor_low is None
+    assert misfit_row([rows[0], made_row("4", 0.5)], [sample, sample], seed=1).factor is None
+
+
+def test_digits_are_those_that_the_runs_support() -> None:
+    row = made_row("3")
+    assert replace(row, envelope_low=0.0199, envelope_high=0.0202).outcome == " 20.0"
+    assert replace(row, envelope_low=0.017, envelope_high=0.031).outcome == "   20"
+    lost = replace(row, bounded_share=0.0, diverged_at=1.304)
+    assert replace(lost, diverged_at_low=1.30, diverged_at_high=1.31).outcome == "†1.30"
+    assert replace(lost, diverged_at_low=1.1, diverged_at_high=1.7).outcome == "† 1.3"
 
 
 def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None:
@@ -135,5 +160,14 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert all(row["bounded_share"] == (row["variant"] == QUICK[0]) for row in rows)
     assert len(run.content["chaos"]) == 8
     assert run.figures == {"chaos.png", "envelopes.png"}
-    assert run.files == {"config.json", "figures", "results.csv", "chaos.csv", "units.csv"}
-    assert "apart_1e-09" in run.table("chaos.csv")[0]
+    assert run.files == {
+        "config.json",
+        "figures",
+        "results.csv",
+        "chaos.csv",
+        "misfits.csv",
+        "units.csv",
+    }
+    assert {"apart_1e-09", "apart_1e-09_low", "lasting_high"} <= set(run.table("chaos.csv")[0])
+    assert [row["variant"] for row in run.content["misfits"]] == list(QUICK)
+    assert "Where all of 3 runs stay bounded at least 44 % do" in run.text
