@@ -15,13 +15,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from rich.progress import Progress
 
 from flexsim.errors import ParameterError
 from studies.core.carry_out import Study, ticker
+from studies.core.evidence import repeats
+from studies.core.evidence.intervals import share_of
 from studies.core.paper import PLANTS
 from studies.core.study_options import LoopOptions, Out, Population
 from studies.pid_question import report
@@ -149,15 +151,20 @@ def search_row(case: Case, seed: int, search: Search) -> report.SearchRow:
 def summary(case: Case, searches: Sequence[report.SearchRow]) -> report.CaseRow:
     """Return a case's row over its searches."""
     best = [each.best_index for each in searches if each.best_index is not None]
+    draws = len(searches) * case.tuning.population
+    stable = round(draws * float(np.mean([each.stable_draws for each in searches])))
+    figures: dict[str, Any] = {
+        **share_of("stable_draws", np.arange(draws) < stable),
+        **share_of("stable_runs", [each.best_index is not None for each in searches]),
+        **repeats.summary("best_index", best),
+    }
     return report.CaseRow(
         names=case.names,
         seeds=len(searches),
-        stable_draws=float(np.mean([each.stable_draws for each in searches])),
-        stable_runs=len(best) / len(searches),
-        best_index=float(np.median(best)) if best else None,
+        **figures,
         best_index_least=min(best, default=None),
         best_index_most=max(best, default=None),
-        draws=len(searches) * case.tuning.population,
+        draws=draws,
         evaluations=sum(each.evaluations for each in searches),
         generations_most=case.tuning.generations,
     )

@@ -13,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexsim.recording.traces import spoken
+from studies.core.evidence.digits import with_interval
+from studies.core.evidence.intervals import share_interval
 from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish, name_lines
 from studies.core.table import Column, Table
 
@@ -64,16 +66,25 @@ class SearchRow:
 class CaseRow:
     """All searches of a case: shares of their draws and of the searches, best index (5) [m2 s].
 
-    The median, least and most of the best index are those of the searches that found anything
-    stable; None if none did. Evaluations and generations are of all searches, the most a search
-    may have being `generations_most`.
+    Low and high are the ends of 95 % intervals: of shares Wilson's, of the median order statistics,
+    None for fewer than six. The median, quartiles, least and most of the best index are those of
+    the searches that found anything stable; None if none did. Evaluations and generations are of
+    all searches, the most a search may have being `generations_most`.
     """
 
     names: Names
     seeds: int
     stable_draws: float
+    stable_draws_low: float
+    stable_draws_high: float
     stable_runs: float
+    stable_runs_low: float
+    stable_runs_high: float
     best_index: float | None
+    best_index_low: float | None
+    best_index_high: float | None
+    best_index_quartile_1: float | None
+    best_index_quartile_3: float | None
     best_index_least: float | None
     best_index_most: float | None
     draws: int
@@ -90,44 +101,79 @@ class PidQuestionResult:
     trajectory: str
 
 
-def _percent(share: float) -> str:
-    """Return a share in per cent; a small one is not rounded to none."""
-    return f"{100 * share:.1f}" if 0 < share < 0.1 else f"{100 * share:.0f}"
+def _percent(share: float, low: float, high: float) -> str:
+    """Return a share and its interval in per cent."""
+    return with_interval(share, low, high, scale=100, most=1)
+
+
+def _share(name: str, heading: str) -> Column:
+    """Return the column of a share and its interval."""
+
+    def text(row: CaseRow) -> str:
+        return _percent(*(getattr(row, f"{name}{end}") for end in ("", "_low", "_high")))
+
+    return Column(name, heading, form=text)
+
+
+def _best(row: CaseRow) -> str:
+    """Return the median of the best index and its interval, the range of too few searches."""
+    if row.best_index is None:
+        return "-"
+    if row.best_index_low is not None:
+        return with_interval(row.best_index, row.best_index_low, row.best_index_high, INDEX)
+    ends = (row.best_index, row.best_index_least or 0.0, row.best_index_most or 0.0)
+    return "{:.2g} ({:.2g} to {:.2g})".format(*(INDEX * each for each in ends))
 
 
 COLUMNS = (
     Column("order"),
-    Column("realisation"),
+    Column("realisation", "reali-\nsation"),
     Column("range"),
-    Column("stable_draws", "stable\n% draws", form=lambda row: _percent(row.stable_draws)),
-    Column("stable_runs", "\n% runs", form=lambda row: _percent(row.stable_runs)),
-    Column("best_index", "best\nmedian", form=".3g", scale=INDEX),
-    Column("best_index_least", "\nleast", form=".3g", scale=INDEX),
-    Column("best_index_most", "\nmost", form=".3g", scale=INDEX),
+    _share("stable_draws", "stable\n% draws"),
+    _share("stable_runs", "stable\n% runs"),
+    Column("best_index", "best, median", form=_best),
     Column("evaluations", "evalu-\nations", form="d"),
 )
 SECTION = (
-    Column("plant"),
+    Column("plant", form=lambda row: row.names.plant.removeprefix("assumed-")),
     Column("setting"),
     Column("seeds", form=lambda row: f"{row.seeds} seeds"),
 )
+NOTE = """\
+Shares with Wilson's 95 % intervals, medians of the searches that found any
+with those by order statistics, or the range (of fewer than six)."""
 
 
 def tables(result: PidQuestionResult) -> list[Table]:
     """Return the cases: shares in per cent, best index (5) in 1e-4 m2 s, budget; the searches."""
     return [
-        Table(result.rows, COLUMNS, key="rows", file="results.csv", section=SECTION, tight=True),
+        Table(
+            result.rows,
+            COLUMNS,
+            note=NOTE,
+            key="rows",
+            file="results.csv",
+            section=SECTION,
+            tight=True,
+        ),
         Table(result.searches, key="searches", file="searches.csv"),
     ]
 
 
-def changed(rows: Sequence[CaseRow], what: Kind) -> tuple[float, float] | None:
-    """Return the shares of stable draws and runs of one kind over all plants and settings."""
+def changed(rows: Sequence[CaseRow], what: Kind) -> tuple[str, str] | None:
+    """Return the shares of stable draws and runs of one kind over all plants and settings [%].
+
+    These have the same draws and seeds. So the intervals are of as many as one of them has.
+    """
     mine = [row for row in rows if row.names.kind == what]
     if not mine:
         return None
     draws, runs = np.mean([[row.stable_draws, row.stable_runs] for row in mine], axis=0).tolist()
-    return draws, runs
+    sizes = ((draws, mine[0].draws), (runs, mine[0].seeds))
+    shown = (
+        _percent(share, *share_interval(round(share * count), count)) for share, count in sizes
+    )
+    return next(shown), next(shown)
 
 
 def verdict(result: PidQuestionResult) -> str:
@@ -136,8 +182,8 @@ def verdict(result: PidQuestionResult) -> str:
     for name, what in CHANGES.items():
         shares = changed(result.rows, what)
         if shares is not None:
-            draws, runs = map(_percent, shares)
-            lines.append(f"  {name:<28}{draws:>5} of draws {runs:>5} of runs")
+            draws, runs = shares
+            lines.append(f"  {name:<28}{draws:>14} of draws {runs:>14} of runs")
     return "\n".join(lines)
 
 

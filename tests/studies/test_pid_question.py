@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from quick_run import QuickRun
 
+from studies.core.evidence.intervals import share_interval, share_of
+from studies.core.evidence.repeats import summary
 from studies.main import main
+from studies.pid_question.report import CaseRow, Names, PidQuestionResult, tables, verdict
 
 KEYS = {
     "order",
@@ -34,9 +38,42 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     textbook = share["integer", "textbook", "log-uniform"]
     assert textbook["stable_draws"] > 0.5
     assert textbook["best_index"] > 0
+    for row in rows:
+        for name, count in (("stable_draws", row["draws"]), ("stable_runs", row["seeds"])):
+            ends = share_interval(round(row[name] * count), count)
+            assert (row[f"{name}_low"], row[f"{name}_high"]) == ends
+        assert row["best_index_low"] is None  # of two searches there is no interval
     assert run.files == {"config.json", "figures", "results.csv", "searches.csv"}
     assert len(run.table("searches.csv")) == len(rows) * 2
     assert main(["pid-question", "--quick", "--out", str(run.folder)]) == 2
+
+
+def made_row(plant: str, stable: float, best: list[float]) -> CaseRow:
+    kind = ("integer", "truncated", "table-1")
+    share = share_of("stable_draws", [i < stable * 100 for i in range(100)])
+    runs = share_of("stable_runs", [True] * len(best))
+    figures: dict[str, Any] = {**share, **runs, **summary("best_index", best)}
+    return CaseRow(
+        Names(*kind, plant, "none"),
+        len(best),
+        **figures,
+        best_index_least=min(best),
+        best_index_most=max(best),
+        draws=100,
+        evaluations=1,
+        generations_most=1,
+    )
+
+
+def test_cells_have_intervals_or_the_range() -> None:
+    many = made_row("assumed-modes", 0.05, [i * 1e-5 for i in range(1, 11)])
+    few = made_row("chain", 0.15, [2e-4, 3e-4, 7e-4])
+    result = PidQuestionResult([many, few], [], "circle")
+    cells = [tables(result)[0].cells([row]) for row in (many, few)]
+    assert cells[0][3:6] == ["5 [2, 11]", "100 [72, 100]", "0.6 [0.2, 0.9]"]
+    assert cells[1][5] == "3 (2 to 7)"
+    # the same draws on both plants: no more is known of a tenth than of 10 of 100
+    assert " 10 [6, 17] of draws  100 [72, 100] of runs" in verdict(result)
 
 
 @pytest.mark.parametrize(
