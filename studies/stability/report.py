@@ -88,7 +88,7 @@ DRAWS = (
     Column("draws", form="d"),
     _share("stable_share", "stable"),
     Column("seconds_per_draw", "each", "ms", ".2f", 1e3),
-    Column("compared", "compared with\nsimulation", "", "d"),
+    Column("compared", "simu-\nlated", "", "d"),
     _share("agreement", "agree"),
 )
 DRAWS_NOTE = "Shares with their 95 % intervals (Wilson's)."
