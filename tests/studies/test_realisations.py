@@ -137,7 +137,8 @@ def test_searches_have_the_range_of_their_seeds() -> None:
     (own,) = (
         row for row in factor_rows(RealisationsResult(rows)) if row.realisation == "oustaloup"
     )
-    assert own == FactorRow("retuned", "oustaloup", 5, pytest.approx(2), None, None, 0.5, 3.0)
+    two, half, three = map(pytest.approx, (2.0, 0.5, 3.0))
+    assert own == FactorRow("retuned", "oustaloup", 5, two, None, None, half, three)
     assert own.shown == "2.0 (0.5 to 3.0)"
 
 
