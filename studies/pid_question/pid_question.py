@@ -125,11 +125,10 @@ def first_generations(
 ) -> list[Generation]:
     """Return the first generation of every seed, as `genetic.first_generation`, from one call."""
     populations = [draws.sample(generation_rng(seed, 0), size) for seed in seeds]
-    scores = evaluate_all(np.vstack(populations))
-    parts = (np.split(each, len(seeds)) for each in scores)
+    parts = (np.split(each, len(seeds)) for each in evaluate_all(np.vstack(populations)))
     return [
-        Generation(0, population, (INITIAL,) * size, indices, diverged, np.zeros(size))
-        for population, indices, diverged in zip(populations, *parts, strict=True)
+        Generation(0, population, (INITIAL,) * size, *scores)
+        for population, *scores in zip(populations, *parts, strict=True)
     ]
 
 
