@@ -23,11 +23,13 @@ from controllers.response import ResponseError, frequency_response, response_err
 from controllers.sections import Cascade, Sections
 from controllers.series import Array, Filter, gruenwald_letnikov, impulse_response, tustin
 from controllers.tuned import TUNED
+from controllers.tuned_ideal import TUNED_IDEAL
 
 __all__ = [
     "REALISATIONS",
     "TABLE_2",
     "TUNED",
+    "TUNED_IDEAL",
     "Array",
     "Cascade",
     "Controller",

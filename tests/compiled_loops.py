@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import Robot, closed_loop, drive, reference, setting
 from flexsim.loop.trajectories import Trajectory
 
@@ -27,7 +27,7 @@ PAUSE = 0.05  # [s] between looks
 def _closed(plant: str) -> None:
     """Run a plant's closed loop for ten samples."""
     model, ideal = Robot().plant(plant), setting("none")
-    filters = [TUNED["line"].filters(1e-3)]
+    filters = [TUNED_IDEAL["line"].filters(1e-3)]
     closed_loop(model, ideal, reference(PATH, model.parameters), filters, energy=False)
 
 

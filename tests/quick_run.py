@@ -17,9 +17,10 @@ from studies.main import COMMANDS
 WIDTH = 80  # columns of the terminal
 OPTIONS: dict[str, dict[str, Any]] = {  # what makes a quick run quicker still
     "converge": {"rounds": 1},
+    "compare": {"controllers": ("ours", "table2")},
     "ladder": {"rounds": 1},
     "screening": {"screen": 30},
-    "stability": {"map_points": 3, "controllers": ("line",), "screen": 20},
+    "stability": {"map_points": 3, "controllers": ("ideal-line",), "screen": 20},
     "tables": {"chain_generations": 2},
 }
 

@@ -3,29 +3,27 @@
     >>> result = run(CompareConfig())
     >>> result.rows[0]["envelope"]   # [m]
 
-Three trajectories and Figure 6's transfer, on both plants, for two sets of controllers: those
-tuned by us, under the friction `simulink`, (47) in Simulink's blocks; and Table 2 under the setting
-`reconstructed`, a fit. Where joints stick and slip, a change of a gain's fourth digit alters a
-run, so all figures are medians over small seeded perturbations of the gains, and the plants are
-compared by these only.
+Three trajectories and Figure 6's transfer, on both plants, by our controllers, which hold on a
+bench, under the friction `simulink`, (47) in Simulink's blocks; if asked, by those tuned in the
+paper's ideal loop, and by Table 2 under the setting `reconstructed`, a fit. Where joints stick and
+slip, a change of a gain's fourth digit alters a run, so all figures are medians over small seeded
+perturbations of the gains, and the plants are compared by these only.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import ClassVar
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TABLE_2, TUNED, Controller
-from flexsim.loop.settings import DEFAULT_SETTING, setting
-from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, reference, trajectory
-from flexsim.numerics.clocks import PERIOD, whole_substeps
+from controllers import Filter
+from flexsim.loop.settings import setting
+from flexsim.loop.trajectories import reference
+from flexsim.numerics.clocks import whole_substeps
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import in_closed_form
 from flexsim.recording.case import Case
@@ -44,109 +42,25 @@ from studies.compare.rows import (
     TipDifference,
     mjcf_texts,
 )
+from studies.compare.tasks import (
+    DITHERED,
+    MIRRORED,
+    OURS,
+    TRUE_TIP,
+    CompareConfig,
+    Task,
+    hardware_name,
+    settings_of,
+    tasks,
+)
 from studies.core.carry_out import Study, ticker
 from studies.core.evidence.check_sample import NO_CHECK
 from studies.core.evidence.intervals import difference_interval, ratio_interval
 from studies.core.evidence.repeats import counts, perturbed, summary
-from studies.core.paper import CASES, FIGURE_OF, PLANTS, paper_envelopes
-from studies.core.study_options import LoopOptions, Out
+from studies.core.paper import paper_envelopes
 
-MIRRORED, TRUE_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
-FILE_OF = {MIRRORED: "plain", TRUE_TIP: "true_tip", DITHERED: "true_tip_dithered"}
-
-
-@dataclass(frozen=True)
-class CompareConfig(LoopOptions):
-    """Run the controllers on both plants: table, figures and a recording."""
-
-    QUICK: ClassVar = {"perturbations": 2, "holding": False}
-
-    out: Out = Path("runs/compare")
-    quick: bool = False
-    """Two runs behind each median only: no intervals."""
-    plants: tuple[str, str] = PLANTS
-    """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
-    untuned[:N], rod, exudyn[:N]: the last slow, for one nominal run (--perturbations 1)."""
-    perturbations: int | None = None
-    """Runs behind each median, the gains' fourth digits perturbed; unless given 20, doubled to at
-    most 320 until the envelope's 95 % interval is +-0.05 mm, or 1 %."""
-    setting: str = DEFAULT_SETTING
-    """Friction, limits and motors of our controllers: none, simulink, jump, opposing or
-    reconstructed."""
-    period: float = PERIOD
-    """Control period [s], the paper's; a whole multiple of the physics steps."""
-    step: float | None = None
-    """Physics step of assumed modes [s]; 1 ms, halved until RK4 can take it, unless given."""
-    chain_step: float | None = None
-    """Physics step of chains [s]; 1 ms, halved until RK4 can take it, unless given."""
-    line: Trajectory = TRAJECTORIES["line"]
-    """Our line; the reconstructed one is part of its fit."""
-    two_loop: Trajectory = TRAJECTORIES["two-loop"]
-    """Our two-loop."""
-    circle: Trajectory = TRAJECTORIES["circle"]
-    """Our circle."""
-    holding: bool = True
-    """Say which of our loops hold: a run with a hold of 20 s, growth of the exact linear loop."""
-    true_tip: bool = False
-    """Add runs on references shaped so that the true tip follows, not the mirrored one."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """One case to run: which controllers on which trajectory under which setting."""
-
-    trajectory: Trajectory
-    label: str
-    controller: Controller
-    setting: str
-    name: str
-    group: str = report.OURS
-    reference: str = MIRRORED
-
-
-def tasks(config: CompareConfig) -> list[Task]:
-    """Return the cases: our controllers, Table 2 under `reconstructed`, those for the true tip."""
-    ours, fitted = [], []
-    shapes = {"line": config.line, "two-loop": config.two_loop, "circle": config.circle}
-    for shape, devised in CASES:
-        suffix = shape if shape == devised else f"{shape}_by_{devised}"
-        tuned = TUNED[devised]
-        ours.append(
-            Task(shapes[shape], f"tuned {devised}", tuned, config.setting, f"tuned_{suffix}")
-        )
-        fitted.append(
-            Task(
-                trajectory(shape, reconstructed=True),
-                f"Table 2 {devised}",
-                TABLE_2[FIGURE_OF[devised]],
-                "reconstructed",
-                f"table2_{suffix}",
-                group=report.TABLE_2,
-            )
-        )
-    return ours + fitted + (true_tip_tasks(shapes, config.setting) if config.true_tip else [])
-
-
-def true_tip_tasks(shapes: dict[str, Trajectory], setting_name: str) -> list[Task]:
-    """Return runs on every kind of reference: without friction, then under our setting.
-
-    A dither is for friction only.
-    """
-    return [
-        Task(
-            shapes[shape],
-            f"tuned {shape}",
-            TUNED[shape],
-            name,
-            f"{FILE_OF[kind]}_{name}_{shape}",
-            group=report.TRUE_TIP,
-            reference=kind,
-        )
-        for name in dict.fromkeys(("none", setting_name))
-        for shape in shapes
-        for kind in FILE_OF
-        if kind != DITHERED or setting(name).friction.law != "none"
-    ]
+HELD_AGAIN = 159  # repeats at most of a loop with a long hold, beside the run of its own gains
+Filters = tuple[Filter, Filter]
 
 
 def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
@@ -161,7 +75,7 @@ def plants_of(config: CompareConfig, setting_name: str) -> tuple[Plant, Plant]:
 def stage_of(task: Task, plant: Plant, config: CompareConfig) -> Stage:
     """Return where a task runs on one plant: its closed form, its reference."""
     ref = reference(task.trajectory, plant.parameters, config.period)
-    chosen = setting(task.setting, config.built)
+    chosen = setting(task.setting, task.hardware)
     if task.reference != MIRRORED:
         ref = shaped_reference(
             ref,
@@ -194,6 +108,13 @@ def run_task(
     ], found
 
 
+def held_again(task: Task, config: CompareConfig) -> list[Filters]:
+    """Return the repeats of a case that are run with a long hold, too."""
+    rng = np.random.default_rng(config.seed)
+    again = perturbed(task.controller, min(HELD_AGAIN, max(counts(config.perturbations))), rng)
+    return [each.filters(config.period) for each in again]
+
+
 def _with_ends(found: Mapping[str, float | None], name: str) -> tuple[float | None, ...]:
     return found[name], found[f"{name}_low"], found[f"{name}_high"]
 
@@ -214,7 +135,7 @@ def row_of(task: Task, each: Repeated, config: CompareConfig) -> CompareRow:
         paper_simulation=simulation,
         paper_laboratory=laboratory,
         dead_zone_error=float(hidden * plant.parameters.reach),
-        hardware=config.built.words(),
+        hardware=hardware_name(task.hardware),
         zeta=plant.parameters.zeta,
         simulated=each.stage.simulated.name,
         shown=each.shown,
@@ -252,9 +173,8 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
     robot = config.robot_of()
     todo = tasks(config)
     advance = ticker(progress, "compare", len(todo))
-    names = dict.fromkeys(task.setting for task in todo)
-    plants = {name: plants_of(config, name) for name in names}
-    for plant in plants[config.setting]:  # before references take memory
+    plants = {name: plants_of(config, name) for name in settings_of(todo)}
+    for plant in plants[todo[0].setting]:  # before references take memory
         whole_substeps(config.period, plant.step)
     for path in dict.fromkeys(task.trajectory for task in todo):  # before anything runs
         reference(path, robot.parameters, config.period)
@@ -263,10 +183,10 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         rows, found = run_task(task, plants[task.setting], config)
         result.rows.extend(rows)
         result.cases.append(case_of(task, found, robot, config))
-        if config.holding and task.group == report.OURS:
-            chosen = setting(task.setting, config.built)
+        if config.holding and task.group == OURS:
+            chosen = setting(task.setting, task.hardware)
             mine = (task.trajectory, task.label, task.controller, config.period, robot)
-            result.holding.extend(holding_rows(found, chosen, *mine))
+            result.holding.extend(holding_rows(found, chosen, *mine, held_again(task, config)))
         advance()
     return result
 
@@ -274,7 +194,7 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
 def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: CompareConfig) -> Case:
     """Return a task's shown runs and bands as figures and recordings have them."""
     label = task.label
-    if task.group == report.TRUE_TIP:
+    if task.group == TRUE_TIP:
         label += f" (reference: {task.reference})"
     by_name = {each.stage.plant.name: each for each in found}
     return Case(
@@ -285,7 +205,7 @@ def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: Compare
         {name: each.motion for name, each in by_name.items()},
         drawn_model([each.stage.plant for each in found]),
         reference(task.trajectory, robot.parameters, config.period),
-        config.built.words(),
+        task.hardware.words(),
         bands={name: each.band for name, each in by_name.items() if each.band is not None},
         shown={name: each.shown_words for name, each in by_name.items()},
     )

@@ -24,14 +24,17 @@ def holding_rows(
     controller: Any,
     period: float,
     robot: Robot,
+    repeats: Sequence[Any] = (),
 ) -> list[HoldingRow]:
     """Return whether a case's loop holds on each of its plants, in closed form where there is one.
 
     Args:
-        found: the case on every plant. label: of the controllers, its last word what they are for.
+        found: the case on every plant. repeats: of the controller, run as well where plants are
+            fast enough. label: of the controllers, its last word what they are for.
     """
     plants = [each.stage.simulated for each in found]
-    held = holdings(plants, setting, trajectory, controller, period, robot)
+    mine = [repeats if each.stage.repeats else () for each in found]
+    held = holdings(plants, setting, trajectory, controller, period, robot, repeats=mine)
     devised = label.rsplit(" ", 1)[1]
     return [
         HoldingRow.of(trajectory.name, devised, each.stage.plant.name, one)

@@ -13,14 +13,18 @@ from flexsim.recording.rrd import write_recording
 from flexsim.recording.traces import MM, spoken
 from studies.compare.figures import case_figure, summary_figure
 from studies.compare.rows import CompareRow, Comparison, TrueTipRow
+from studies.compare.tasks import OF_IDEAL, OURS, TABLE, TRUE_TIP
 from studies.core.evidence.check_sample import SAME
 from studies.core.evidence.digits import percent, supported, with_interval
 from studies.core.evidence.holding_table import holding_table, said
 from studies.core.folder import origin, versions
 from studies.core.table import Column, Table
 
-OURS, TABLE_2, TRUE_TIP = "ours", "Table 2", "true tip"  # groups of cases
-TITLES = {OURS: "Our controllers", TABLE_2: "The paper's Table 2"}
+TITLES = {
+    OURS: "Our controllers",
+    OF_IDEAL: "Our controllers of the ideal loop",
+    TABLE: "The paper's Table 2",
+}
 MEDIANS = (
     "Medians over runs whose gains differ in their fourth digits, with 95 % intervals by order "
     "statistics; of ratios, by a bootstrap of the pairs. Digits are those that the interval "
@@ -114,7 +118,10 @@ def tables(result: Comparison) -> list[Table]:
     shown = [Table(result.rows, key="rows", file="results.csv")]
     for group, name in TITLES.items():
         mine = [row for row in result.rows if row.group == group]
-        title = f"{name}, setting {mine[0].setting}: envelope half-width [mm]"
+        if not mine:
+            continue
+        title = f"{name}, setting {mine[0].setting}, hardware {mine[0].hardware}"
+        title += ": envelope half-width [mm]"
         names = list(dict.fromkeys(row.plant for row in mine))
         line = ("trajectory", "controllers")
         note = f" {group_verdict(mine)}\n"

@@ -51,8 +51,8 @@ class CompareRow:
         reference: mirrored tip, or shaped for the true tip. found: over runs with perturbed gains.
         paper_simulation, paper_laboratory: Table 3's envelopes [m]. dead_zone_error: what the dead
             zone of joint 2 hides, at the tip [m].
-        hardware: in words. zeta: damping ratio of mode 1. simulated: the plant that made the
-            repeats, another than `plant` for MuJoCo's chain.
+        hardware: its name, or its numbers in words. zeta: damping ratio of mode 1.
+        simulated: the plant that made the repeats, another than `plant` for MuJoCo's chain.
         shown: which run figures and recording show, counted from 1.
         check: MuJoCo's own runs among its closed form's.
         against: the first plant of the case; all None for itself.

@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim.arm.beam import MODES
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.arm.parameters import Parameters, paper
@@ -162,7 +162,7 @@ def tracking(plant: Plant, chosen: Setting, threads: int | None, runs: int) -> M
 
     EXUDYN's beam runs once, with the gains as they are.
     """
-    ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED[TASK]
+    ref, tuned = reference(trajectory(TASK), plant.parameters), TUNED_IDEAL[TASK]
     if isinstance(plant, ExudynPlant):
         return single(measure(plant, chosen, ref, [tuned], threads=threads)[0])
     every = perturbed(tuned, runs, np.random.default_rng(SEED))
@@ -175,7 +175,7 @@ def loop_clock(plant: Plant, chosen: Setting, seconds: float) -> Callable[[], fl
     kept = whole.time <= seconds
     ref = Reference(whole.time[kept], whole.tip[kept], whole.joint[kept])
     cheap = plant.mjcf is None and not isinstance(plant, ExudynPlant)
-    filters = [TUNED[TASK].filters(PERIOD)] * (CHEAP if cheap else 1)
+    filters = [TUNED_IDEAL[TASK].filters(PERIOD)] * (CHEAP if cheap else 1)
 
     def once() -> float:
         ends = evaluate(plant, chosen, ref, filters, threads=1).diverged

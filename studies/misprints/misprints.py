@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TUNED, Controller
+from controllers import TUNED_IDEAL, Controller
 from flexsim.arm.beam import MODES
 from flexsim.arm.parameters import Parameters, paper
 from flexsim.loop.metrics import envelope_half_width, rms_distance
@@ -50,7 +50,7 @@ STARTS = {  # joint rates [rad/s], first modal coordinate [m], of free motion fr
 }
 POSES = (0.4, 0.8, 1.2, 1.6, 2.0, 2.4)  # theta2 [rad]
 QUICK_POSES = (0.8, 1.6)
-CONTROLLERS = "circle"  # of TUNED: those that hold every trajectory under both readings
+CONTROLLERS = "circle"  # of TUNED_IDEAL: those that hold every trajectory under both readings
 QUICK_TRACKED = ("circle",)
 READINGS = ("none", "simulink")  # settings of the closed loop
 VARIANTS = {"none": 0, **MISPRINTS, "all": AS_PRINTED}
@@ -144,7 +144,7 @@ def tracking_details(
     The gains differ in their fourth digits from run to run, alike for both models. The consistent
     model's own distance is that to its run with the unperturbed gains.
     """
-    nominal, count = TUNED[CONTROLLERS], config.perturbations
+    nominal, count = TUNED_IDEAL[CONTROLLERS], config.perturbations
     controllers = perturbed(nominal, count, np.random.default_rng(config.seed))
     consistent = AssumedModesPlant(plant.parameters, plant.modes, plant.step, chain=plant.chain)
     details = []

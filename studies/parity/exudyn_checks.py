@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim.arm.beam import MODES
 from flexsim.arm.finite_beam import flexible_modes
 from flexsim.arm.free_arm import joint_free_frequencies
@@ -72,7 +72,7 @@ def loop_check(robot: Robot, plant: ExudynPlant, default: bool) -> Check:
     name = f"EXUDYN to {LOOP_MODES} modes, {LOOP} in closed loop: tip, rms"
     ref = reference(trajectory(LOOP), plant.parameters)
     ours = robot.modes_plant(modes=LOOP_MODES, step=LOOP_STEP)
-    filters = [TUNED[LOOP].filters(PERIOD)]
+    filters = [TUNED_IDEAL[LOOP].filters(PERIOD)]
     one, other = (
         closed_loop(each, setting("none"), ref, filters, energy=False)[0] for each in (plant, ours)
     )

@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TUNED, Controller, ControllerError, Gains, operator
+from controllers import TUNED_IDEAL, Controller, ControllerError, Gains, operator
 from flexsim.loop.runs import measure
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
@@ -163,7 +163,7 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
     plants: list[Plant] = list(config.robot_of().both(None, config.modes, config.segments))
     shapes = QUICK_SHAPES if config.quick else tuple(TRAJECTORIES)
     rng = np.random.default_rng(config.seed)
-    given = {shape: perturbed(TUNED[shape], config.perturbations, rng) for shape in shapes}
+    given = {shape: perturbed(TUNED_IDEAL[shape], config.perturbations, rng) for shape in shapes}
     rows: list[ResponseRow | LoopRow] = []
     for realisation, terms in counted(progress, "loops", choices(config.quick)):
         cost = sample_cost(*operator(realisation, 0.5, PERIOD, terms))

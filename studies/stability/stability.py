@@ -21,7 +21,7 @@ from typing import ClassVar
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TABLE_2, TUNED, Controller
+from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
 from flexsim.errors import ParameterError
 from flexsim.linear.exact_loop import exact_plant
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
@@ -66,7 +66,8 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
     exudyn[:N]."""
     controllers: tuple[str, ...] = tuple(TUNED)
-    """Of our own line, two-loop, circle; of Table 2 figure-3, figure-4, figure-5."""
+    """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
+    ideal-circle; of Table 2 figure-3, figure-4, figure-5."""
     setting: str = "none"
     """Setting whose motors and small-signal friction apply: none, simulink, jump, opposing or
     reconstructed."""
@@ -90,7 +91,8 @@ def controller(name: str) -> Controller:
     Raises:
         ParameterError: there is none of that name.
     """
-    known = {**TUNED, **TABLE_2}
+    ideal = {each.name: each for each in TUNED_IDEAL.values()}
+    known = {**TUNED, **ideal, **TABLE_2}
     if name not in known:
         raise ParameterError(f"controller {name!r} is unknown; choose of {', '.join(known)}")
     return known[name]

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from controllers import TUNED, Controller
+from controllers import TUNED_IDEAL, Controller
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.control.stacking import stack
@@ -71,7 +71,7 @@ def closed_loop_run(
         measured: whether figures of merit are taken, too, over a hold of half the time.
     """
     ref = started(plant.parameters, seconds)
-    filters = stack([TUNED[TASK].filters(PERIOD)] * population, PERIOD)
+    filters = stack([TUNED_IDEAL[TASK].filters(PERIOD)] * population, PERIOD)
     friction, loop = setting(IDEAL).friction.numbers(), loop_of(plant, ref)
     start = plant.rest_state(ref.joint[0])
     yard = yardstick(ref, seconds / 2) if measured else NO_YARDSTICK
@@ -96,7 +96,7 @@ def as_drawn(controller: Controller) -> Array:
 
 def generation_run(plant: Plant, seconds: float = WHOLE) -> Run:
     """Return a function that evaluates a new generation and gives simulated milliseconds."""
-    ref, center = started(plant.parameters, seconds), as_drawn(TUNED[TASK])
+    ref, center = started(plant.parameters, seconds), as_drawn(TUNED_IDEAL[TASK])
     problem = Problem(ControllerDesign(), ((plant, setting(IDEAL)),), ref)
     size, rng = PAPERS.population - PAPERS.survivors, np.random.default_rng(1)
 
@@ -135,7 +135,7 @@ def c_run(plant: AssumedModesPlant) -> tuple[Run | None, str]:
     Returns:
         None without a C compiler, or where what it makes moves otherwise; and a note that says so.
     """
-    ref, filters = started(plant.parameters, WHOLE), TUNED[TASK].filters(PERIOD)
+    ref, filters = started(plant.parameters, WHOLE), TUNED_IDEAL[TASK].filters(PERIOD)
     loop = compiled_c(plant, ref, filters)
     if loop is None:
         return None, "no C compiler (cc) here: c_loop is not timed"

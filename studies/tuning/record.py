@@ -59,7 +59,6 @@ DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
     "studies/core/paper.py",
-    "studies/core/evidence/*.py",
     *(
         f"studies/tuning/{name}.py"
         for name in (
@@ -76,7 +75,7 @@ DECIDES = (  # sources that a result depends on
 UNITS = {
     "k1 to k6": "N m ms^nu/rad, as drawn, mutated and crossed: Table 1's, time in milliseconds",
     ", ".join(SI_NAMES): "N m s^nu/rad, as the filters have them, k / 1000^nu; k3, k6: the same",
-    "index": "m2 s, (5), and the effort's share; inf where diverged or rejected",
+    "index": "m2 s, (5), and the shares of effort and residual v; inf where diverged or rejected",
     "diverged_at": "s, empty where not",
     "growth": "1/s, of the exact linear loop, of those rejected for it; else 0",
 }

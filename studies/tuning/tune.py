@@ -111,8 +111,10 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     payloads: tuple[float, ...] | None = None
     """At the tip, beside the robot's own [kg]; the worst counts; 0 unless given."""
     long_hold: float | None = None
-    """Hold that runs are repeated with [s]: whose v is larger, rms over the last quarter, than 1.1
-    times the quarter before, counts as diverged; 0, none, unless given."""
+    """Hold that runs are repeated with [s], in which they may not diverge; none unless given."""
+    residual: float | None = None
+    """What each metre of the largest |v| over the long hold's second half adds to the index [m s];
+    0 unless given."""
     exact: bool = False
     """Reject what grows on the exact linear loop, of 12 modes, exactly held, with any of the
     hardware and payloads, before it is simulated."""
@@ -176,6 +178,7 @@ def tuning_of(config: TuneConfig) -> Tuning:
         ("filter_time", not textbook, "only the textbook realisation has one"),
         ("perturb_spread", not tuning.perturb, "no robots are perturbed; add --perturb"),
         ("perturb_payload", not tuning.perturb, "no robots are perturbed; add --perturb"),
+        ("residual", not tuning.long_hold, "no hold is long; add --long-hold"),
         ("exact_spread", not tuning.exact, "no exact loops are looked at; add --exact"),
         ("exact_payload", not tuning.exact, "no exact loops are looked at; add --exact"),
         ("patience", tuning.tuner != "genetic", f"{tuning.tuner} always uses its whole budget"),

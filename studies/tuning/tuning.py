@@ -70,8 +70,8 @@ class Tuning:
         hardware: names; hardware_delay, ..., hardware_lag: numbers instead of their own, see
             `studies.core.options`. All individuals have the same noise, by the seed.
         payloads: at the tip, beside the robot's own [kg].
-        long_hold: length of a hold [s] that runs are repeated with; those whose v has an rms over
-            the last quarter of more than 1.1 of the quarter before have not held.
+        long_hold: length of a hold [s] that runs are repeated with, in which they may not diverge.
+        residual: what the largest |v| over its second half adds to the index [m s].
         exact: whether individuals are rejected whose exact linear loop grows, with any of the
             hardware and payloads, see `flexsim.linear.exact_loop`. exact_spread, exact_payload:
             relative change of EI, both ways, and payload [kg] with each of which it may not grow
@@ -121,6 +121,7 @@ class Tuning:
     motor2: str | None = None
     payloads: tuple[float, ...] = (0.0,)
     long_hold: float = 0.0
+    residual: float = 0.0
     exact: bool = False
     exact_spread: float = 0.0
     exact_payload: float = 0.0
@@ -173,6 +174,8 @@ class Tuning:
             raise ParameterError(
                 f"long hold is {self.long_hold} s; give 0, for none, to {HOLD_MOST:g}"
             )
+        if not 0 <= self.residual < math.inf:
+            raise ParameterError(f"residual is {self.residual} m s; give 0 or more")
         if not 0 <= self.exact_spread < 1:
             raise ParameterError(
                 f"exact spread is {self.exact_spread}; give 0 or more and less than 1"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controllers import REALISATIONS, TABLE_2, TUNED, Controller, ControllerError
+from controllers import REALISATIONS, TABLE_2, TUNED, TUNED_IDEAL, Controller, ControllerError
 from studies.tuning.distributions import NAMES, TABLE_1
 
 T = 1e-3
@@ -167,7 +167,9 @@ def test_the_second_nu_4_is_nu_5() -> None:
     assert (gains.k2, gains.nu2) == (1.6106, 0.0101)
 
 
-@pytest.mark.parametrize("controller", [*TABLE_2.values(), *TUNED.values()], ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    "controller", [*TABLE_2.values(), *TUNED_IDEAL.values()], ids=lambda c: c.name
+)
 @pytest.mark.parametrize("realisation", REALISATIONS)
 def test_every_controller_builds_in_every_realisation(
     controller: Controller, realisation: str
@@ -179,7 +181,7 @@ def test_every_controller_builds_in_every_realisation(
 
 
 def test_tuned_controllers_use_both_operators() -> None:
-    for controller in TUNED.values():
+    for controller in TUNED_IDEAL.values():
         for gains in (controller.joint1, controller.joint2):
             assert gains.k1 != 0.0
             assert gains.k2 != 0.0
@@ -191,9 +193,10 @@ def test_tuned_controllers_use_both_operators() -> None:
 
 def test_names_are_the_keys_and_nothing_can_be_changed() -> None:
     assert list(TABLE_2) == ["figure-3", "figure-4", "figure-5"]
-    assert list(TUNED) == ["line", "two-loop", "circle"]
-    for table in (TABLE_2, TUNED):
-        assert all(controller.name == name for name, controller in table.items())
+    assert list(TUNED_IDEAL) == ["line", "two-loop", "circle"]
+    for table in (TABLE_2, TUNED_IDEAL):
+        prefix = "ideal-" if table is TUNED_IDEAL else ""
+        assert all(controller.name == prefix + name for name, controller in table.items())
         with pytest.raises(TypeError):
             table["mine"] = TABLE_2["figure-3"]  # type: ignore[index]
     with pytest.raises(dataclasses.FrozenInstanceError):

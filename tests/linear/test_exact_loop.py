@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from trial_controllers import TRIAL
 
-from controllers import TUNED, textbook_pid
+from controllers import TUNED_IDEAL, textbook_pid
 from flexsim import ParameterError, Parameters
 from flexsim.arm.parameters import paper
 from flexsim.linear.exact_loop import (
@@ -26,7 +26,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 
 PERIOD = 1e-3
 MANY = 20  # modes
-CONTROLLERS = stack([*TUNED.values(), *TRIAL.values()], PERIOD)
+CONTROLLERS = stack([*TUNED_IDEAL.values(), *TRIAL.values()], PERIOD)
 SIMULATED = 1e-3  # relative: 5 modes at 0.125 ms against 12 under exact hold
 
 
@@ -43,7 +43,7 @@ def test_growth_is_the_worst_over_poses_delays_and_gains() -> None:
     gains = ((1.0, 1.0), (0.3, 1.5))
     loops = exact_loops(Parameters(), (0.8, 2.2), (0, 2), gains, hardware=Hardware(lag=1e-4))
     assert len(loops) == 8
-    one = stack([TUNED["line"]], PERIOD)
+    one = stack([TUNED_IDEAL["line"]], PERIOD)
     each = [
         linear_loop(
             exact_plant(Parameters()),
@@ -73,7 +73,7 @@ def test_two_joint_loops_that_ignore_v_are_passive() -> None:
 
 def test_undamped_a_mode_grows_that_three_modes_do_not_have() -> None:
     """Joint-free mode 5 at 191.6 Hz, 1.46 to 1.54 1/s, as an independent beam showed."""
-    controllers = stack(list(TUNED.values()), PERIOD)
+    controllers = stack(list(TUNED_IDEAL.values()), PERIOD)
     growth = exact_growth(exact_loops(paper()), controllers)
     assert np.all((growth > 1.4) & (growth < 1.6))
     fastest = linear_loop(exact_plant(paper()), 1.5, controllers.chosen(slice(1))).poles[0]
@@ -83,7 +83,7 @@ def test_undamped_a_mode_grows_that_three_modes_do_not_have() -> None:
 
 def test_it_is_what_fine_steps_converge_on() -> None:
     fine = AssumedModesPlant(paper(), 5, PERIOD / 8)
-    one = stack([TUNED["circle"]], PERIOD)
+    one = stack([TUNED_IDEAL["circle"]], PERIOD)
     stepped = linear_loop(fine, 1.5, one, LoopOptions(hold="stepped")).growth_rate
     coarse = linear_loop(AssumedModesPlant(paper(), 5), 1.5, one, LoopOptions(hold="stepped"))
     five = exact_growth(exact_loops(paper(), (1.5,), modes=5), one)[0]

@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import Parameters, Plant
 from flexsim.arm.parameters import paper
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
@@ -17,7 +17,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.stability.simulated import simulated_growth
 
 PERIOD, POSE = 1e-3, 1.5
-NAMES = tuple(TUNED)
+NAMES = tuple(TUNED_IDEAL)
 SIMULATED = 1e-6  # relative to the rate, or to 1/s: what a tiny nonlinear motion shows of it
 MEMORY = 150e6  # bytes: matrices of 2^20 complex numbers, a few times
 SAME = 1e-9  # the same matrix in another form
@@ -31,7 +31,7 @@ BUILT = {
 
 
 def growth(plant: Plant, name: str, built: Hardware, hold: str = "exact") -> float:
-    controllers = stack([TUNED[name]], PERIOD)
+    controllers = stack([TUNED_IDEAL[name]], PERIOD)
     options = LoopOptions(PERIOD, hold=hold, hardware=built)
     return linear_loop(plant, POSE, controllers, options).growth_rate
 
@@ -40,7 +40,7 @@ def growth(plant: Plant, name: str, built: Hardware, hold: str = "exact") -> flo
 @pytest.mark.parametrize("built", BUILT)
 def test_growth_is_the_simulations(built: str, gain: tuple[float, float], plant: Plant) -> None:
     options = LoopOptions(PERIOD, torque_gain=gain, hold="stepped", hardware=BUILT[built])
-    loop = linear_loop(plant, POSE, stack([TUNED["line"]], PERIOD), options)
+    loop = linear_loop(plant, POSE, stack([TUNED_IDEAL["line"]], PERIOD), options)
     found = simulated_growth(plant, loop, options)
     assert found == pytest.approx(loop.growth_rate, rel=SIMULATED, abs=SIMULATED)
 
@@ -48,14 +48,14 @@ def test_growth_is_the_simulations(built: str, gain: tuple[float, float], plant:
 def test_half_steps_of_physics_are_lagged_as_simulated() -> None:
     plant = AssumedModesPlant(Parameters(), step=PERIOD / 2)
     options = LoopOptions(PERIOD, hold="stepped", hardware=Hardware(delay=1, lag=7e-4))
-    loop = linear_loop(plant, POSE, stack([TUNED["circle"]], PERIOD), options)
+    loop = linear_loop(plant, POSE, stack([TUNED_IDEAL["circle"]], PERIOD), options)
     found = simulated_growth(plant, loop, options)
     assert found == pytest.approx(loop.growth_rate, rel=SIMULATED, abs=SIMULATED)
 
 
 @pytest.mark.parametrize("hold", ["exact", "stepped"])
 def test_a_delay_is_as_many_zeros_before_the_filters_taps(plant: Plant, hold: str) -> None:
-    pair = TUNED["two-loop"].filters(PERIOD)
+    pair = TUNED_IDEAL["two-loop"].filters(PERIOD)
     for delay in (1, 4):
         late = tuple((np.concatenate([np.zeros(delay), b]), a) for b, a in pair)
         options = LoopOptions(PERIOD, hold=hold, hardware=Hardware(delay=delay))
@@ -67,7 +67,7 @@ def test_a_delay_is_as_many_zeros_before_the_filters_taps(plant: Plant, hold: st
 
 
 def test_margins_see_the_delay(modes_plant: AssumedModesPlant) -> None:
-    pair = TUNED["circle"].filters(PERIOD)
+    pair = TUNED_IDEAL["circle"].filters(PERIOD)
     quiet = tuple((g * b, a) for g, (b, a) in zip((1.0, 0.05), pair, strict=True))
     late = tuple((np.concatenate([[0.0], b]), a) for b, a in quiet)
     built = LoopOptions(PERIOD, hardware=Hardware(delay=1))
@@ -86,7 +86,7 @@ def test_margins_see_the_delay(modes_plant: AssumedModesPlant) -> None:
 def test_margins_of_a_long_delay_need_little_memory(modes_plant: AssumedModesPlant) -> None:
     """A delay of 100 samples has 200 states: all frequencies at once would be gigabytes."""
     built = LoopOptions(PERIOD, hardware=Hardware(delay=20))
-    loop = linear_loop(modes_plant, POSE, stack([TUNED["circle"]], PERIOD), built)
+    loop = linear_loop(modes_plant, POSE, stack([TUNED_IDEAL["circle"]], PERIOD), built)
     tracemalloc.start()
     margins(loop, 0)
     most = tracemalloc.get_traced_memory()[1]
@@ -131,7 +131,7 @@ def papers_plant() -> AssumedModesPlant:
 def test_one_sample_of_delay_or_a_lag_of_1_ms_makes_our_loops_grow(
     name: str, papers_plant: AssumedModesPlant
 ) -> None:
-    controllers = stack([TUNED[name]], PERIOD)
+    controllers = stack([TUNED_IDEAL[name]], PERIOD)
     options = LoopOptions(PERIOD, hardware=Hardware(delay=1))
     loop = linear_loop(papers_plant, POSE, controllers, options)
     assert 46 < loop.growth_rate < 52  # measured elsewhere: 46 to 51 1/s, at 69.6 Hz

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from trial_controllers import TRIAL
 
-from controllers import TUNED, textbook_pid
+from controllers import TUNED_IDEAL, textbook_pid
 from flexsim import ParameterError, Parameters
 from flexsim.arm.parameters import paper
 from flexsim.linear.delay_margin import LONGEST, PARTS, delay_margin, late, late_growth
@@ -26,8 +26,8 @@ PERIOD = 1e-3
 ON_CIRCLE = 1e-9
 PD = (textbook_pid(50.0, 0.0, 8.0, PERIOD), textbook_pid(1.0, 0.0, 0.1, PERIOD))  # bears 3.9 ms
 LOOPS = {
-    "line": stack([TUNED["line"]], PERIOD),
-    "circle": stack([TUNED["circle"]], PERIOD),
+    "line": stack([TUNED_IDEAL["line"]], PERIOD),
+    "circle": stack([TUNED_IDEAL["circle"]], PERIOD),
     "PD": stack([PD], PERIOD),
 }
 
@@ -111,7 +111,7 @@ def test_delay_margin_is_the_simulations_at_whole_samples() -> None:
 
 
 def test_ends_of_the_delay_margin() -> None:
-    growing = stack([TUNED["line"]], PERIOD)
+    growing = stack([TUNED_IDEAL["line"]], PERIOD)
     assert delay_margin(exact_loops(paper()), growing) == 0.0
     assert delay_margin(exact_loops(Parameters()), LOOPS["PD"], 2e-3) == math.inf
     with pytest.raises(ParameterError, match="2 controllers"):

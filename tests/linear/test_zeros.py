@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ParameterError, Parameters
 from flexsim.arm.parameters import paper
 from flexsim.linear.exact_loop import exact_plant, exact_sampled
@@ -124,7 +124,7 @@ def test_sampling_leaves_it_where_it_is() -> None:
 def test_high_gain_drives_a_pole_onto_it() -> None:
     sampled = exact_sampled(ROBOT, 1.5, LoopOptions())
     zero = damped_rate(ROBOT, mirrored_frequency(ROBOT))
-    one = stack([TUNED["line"]], PERIOD)
+    one = stack([TUNED_IDEAL["line"]], PERIOD)
     apart = []
     for factor in (0.3, 1.0, 3.0, 10.0):
         poles = LinearLoop(sampled, one._replace(b=factor * one.b)).poles

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.signal import lfilter
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import DivergenceError, ModelError, ParameterError, Parameters
 from flexsim.loop.compiled_loop import Outcome, run_population
 from flexsim.loop.control.compiled import filter_sample
@@ -262,7 +262,7 @@ def test_pushed_tip_enters_the_second_error_with_its_sign_changed(
 
 
 def tuned_population() -> list:
-    return [*(TUNED[name].filters(1e-3) for name in NAMES), RUNAWAY, P_CONTROL]
+    return [*(TUNED_IDEAL[name].filters(1e-3) for name in NAMES), RUNAWAY, P_CONTROL]
 
 
 def population(plant: Plant, controllers: list, threads: int, short: Reference) -> Outcome:
@@ -309,7 +309,7 @@ def test_tuned_controllers_hold_every_trajectory_and_the_index_is_5(
     plant: Plant, name: str
 ) -> None:
     sampled = reference(trajectory(name), PARAMETERS)
-    controllers = [TUNED[tuned].filters(1e-3) for tuned in NAMES]
+    controllers = [TUNED_IDEAL[tuned].filters(1e-3) for tuned in NAMES]
     motions = closed_loop(plant, setting("simulink"), sampled, controllers)
     outcome = evaluate(plant, setting("simulink"), sampled, controllers)
     for motion, index in zip(motions, outcome.indices, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import AssumedModesPlant, ParameterError, Parameters
 from flexsim.linear.controller_space import controller_space, controller_states
 from flexsim.linear.loop_poles import LoopOptions, linear_loop
@@ -210,7 +210,7 @@ def test_who_else_is_in_a_population_changes_no_bit() -> None:
 
 
 def test_objects_with_filters_are_controllers() -> None:
-    tuned = TUNED["line"]
+    tuned = TUNED_IDEAL["line"]
     np.testing.assert_array_equal(run(tuned).states, run(tuned.filters(PERIOD)).states)
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import AssumedModesPlant, ParameterError, Parameters
 from flexsim.loop.measuring import (
     ENVELOPE,
@@ -46,7 +46,7 @@ def same(found: dict[str, Any], expected: dict[str, Any]) -> None:
 @pytest.mark.parametrize("law", ["none", "jump", "simulink"])
 def test_figures_are_those_of_the_recorded_motion(path: Trajectory, law: str) -> None:
     ref, chosen = reference(path, PLANT.parameters), setting(law)
-    controllers = [TUNED[name] for name in ("line", "circle")]
+    controllers = [TUNED_IDEAL[name] for name in ("line", "circle")]
     motions = closed_loop(PLANT, chosen, ref, controllers, energy=False)
     for hold in (0.0, HOLD):
         for found, motion in zip(
@@ -59,7 +59,7 @@ def test_figures_are_those_of_the_recorded_motion(path: Trajectory, law: str) ->
 def test_diverged_runs_are_measured_up_to_their_end() -> None:
     ref, chosen = reference(SHORT, PLANT.parameters), setting("none")
     ref = replace(ref, joint=ref.joint + np.linspace(0.0, 0.1, len(ref.joint))[:, None])
-    controllers = [RUNAWAY, TUNED["circle"], AT_ONCE]
+    controllers = [RUNAWAY, TUNED_IDEAL["circle"], AT_ONCE]
     motions = closed_loop(PLANT, chosen, ref, controllers, energy=False)
     found = measure(PLANT, chosen, ref, controllers, HOLD)
     assert [each["diverged"] for each in found] == [True, False, True]
@@ -71,8 +71,10 @@ def test_diverged_runs_are_measured_up_to_their_end() -> None:
 
 def test_measuring_changes_no_bit_of_a_run() -> None:
     ref, chosen = reference(SHORT, PLANT.parameters), setting("jump")
-    plain = evaluate(PLANT, chosen, ref, [TUNED["circle"]], stride=1)
-    measured = evaluate(PLANT, chosen, ref, [TUNED["circle"]], stride=1, yard=yardstick(ref, HOLD))
+    plain = evaluate(PLANT, chosen, ref, [TUNED_IDEAL["circle"]], stride=1)
+    measured = evaluate(
+        PLANT, chosen, ref, [TUNED_IDEAL["circle"]], stride=1, yard=yardstick(ref, HOLD)
+    )
     np.testing.assert_array_equal(measured.states, plain.states)
     np.testing.assert_array_equal(measured.indices, plain.indices)
     assert plain.sums.shape == (1, 0) and measured.sums.shape == (1, SUMS)

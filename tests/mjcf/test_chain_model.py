@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ChainPlant, DivergenceError, ModelError, Parameters, load_chain
 from flexsim.arm.beam import mode_shapes
 from flexsim.loop.runs import closed_loop, drive
@@ -431,7 +431,7 @@ def test_divergence_is_quiet_and_never_reset(
     with pytest.raises(DivergenceError, match=r"ran away at t = 0\.\d+ s; use smaller torques"):
         drive(plant, setting("none"), np.full((100, 2), 1e7))
     circle = reference(trajectory("circle"), P)
-    (b1, a1), (b2, a2) = TUNED["circle"].filters(1e-3)
+    (b1, a1), (b2, a2) = TUNED_IDEAL["circle"].filters(1e-3)
     wild = ((-1e3 * b1, a1), (-1e3 * b2, a2))
     calm, lost = closed_loop(plant, setting("none"), circle, [((b1, a1), (b2, a2)), wild])
     assert calm.diverged is None

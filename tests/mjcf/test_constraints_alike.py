@@ -49,12 +49,12 @@ FILES = {
 }
 CODE = """
 import sys, numpy as np
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import reference, setting, trajectory
 from flexsim.loop.runs import closed_loop
 from flexsim.loop.trajectories import Reference
 from flexsim.robot import Robot
-(b1, a1), (b2, a2) = TUNED["circle"].filters(1e-3)
+(b1, a1), (b2, a2) = TUNED_IDEAL["circle"].filters(1e-3)
 pairs = [((g * b1, a1), (g * b2, a2)) for g in (1.0, -0.5, 0.7, 1.3, 0.9, 0.2)]
 def states(plant, short, pairs, threads):
     runs = closed_loop(plant, setting("opposing"), short, pairs, threads=threads, energy=False)

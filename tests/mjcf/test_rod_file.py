@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ModelError, ParameterError, Parameters
 from flexsim.linear.growth import loop_options
 from flexsim.linear.linearise import linearise
@@ -142,12 +142,12 @@ def test_the_linear_rod_has_the_rods_frequencies() -> None:
 def test_the_linear_loop_grows_as_the_rods_simulation_does() -> None:
     plant = RodPlant.designed(Parameters(zeta=0.0))
     options: LoopOptions = loop_options(setting("none").friction, 1e-3, "stepped", None)
-    loop = linear_loop(plant, 1.55, stack([TUNED["circle"]], 1e-3), options)
+    loop = linear_loop(plant, 1.55, stack([TUNED_IDEAL["circle"]], 1e-3), options)
     simulated = simulated_growth(plant, loop, options)
     assert simulated == pytest.approx(loop.growth_rate, abs=GROWTH)
     assert loop.growth_rate > 0.5  # it does grow: a rod damps its highest modes less than a chain
     damped = linear_loop(
-        RodPlant.designed(Parameters()), 1.55, stack([TUNED["circle"]], 1e-3), options
+        RodPlant.designed(Parameters()), 1.55, stack([TUNED_IDEAL["circle"]], 1e-3), options
     )
     assert damped.growth_rate < 0.0  # which a ratio of 0.1 % in mode 1 stops
 

@@ -11,7 +11,7 @@ import pytest
 from edits import DEFAULT, EDITS, edited
 from random_edits import random_edit
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import (
     FlexsimError,
     ModelError,
@@ -185,6 +185,6 @@ def test_a_robot_has_it_by_name_and_its_loops_are_the_chains() -> None:
     chain, closed = robot.plant("chain", ideal), robot.plant("closed-chain:6", ideal)
     assert isinstance(closed, ChainPlant) and closed.name == "closed-chain:6"
     circle = reference(trajectory("circle"), robot.parameters)
-    filters = [TUNED["circle"].filters(1e-3)]
+    filters = [TUNED_IDEAL["circle"].filters(1e-3)]
     index = [evaluate(plant, ideal, circle, filters).indices[0] for plant in (chain, closed)]
     assert index[1] == pytest.approx(index[0], rel=1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import DivergenceError, ParameterError, Parameters, Robot
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.linear.linearise import linearise, stepped_hold
@@ -160,7 +160,7 @@ def test_closed_loop_is_that_of_five_modes() -> None:
     """The same compiled controllers, no friction, torques held: only the plant is another."""
     whole = reference(trajectory("circle"), P)
     ref = Reference(whole.time[:501], whole.tip[:501], whole.joint[:501])
-    robot, filters = Robot(P), [TUNED["circle"].filters(1e-3)]
+    robot, filters = Robot(P), [TUNED_IDEAL["circle"].filters(1e-3)]
 
     def run(name: str, **options: float) -> Motion:
         plant = robot.plant(name, step=1.25e-4)
@@ -200,7 +200,7 @@ def test_runs_repeat_to_the_bit_whatever_ran_before(plant: ExudynPlant) -> None:
 def test_populations_on_threads_are_computed_alike(plant: ExudynPlant) -> None:
     whole = reference(trajectory("circle"), P)
     ref = Reference(whole.time[:51], whole.tip[:51], whole.joint[:51])
-    filters = [TUNED["circle"].filters(1e-3)] * 4
+    filters = [TUNED_IDEAL["circle"].filters(1e-3)] * 4
     alone = closed_loop(plant, setting("simulink"), ref, filters[:1], energy=False)[0].state
     for motion in closed_loop(plant, setting("simulink"), ref, filters, energy=False, threads=2):
         np.testing.assert_array_equal(motion.state, alone)

@@ -10,7 +10,7 @@ import pytest
 from alike import require_alike
 from scipy.linalg import eigh
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ModelError, ParameterError, Parameters
 from flexsim.arm.beam import modal_integrals, mode_shapes
 from flexsim.loop.metrics import rms_distance
@@ -234,7 +234,7 @@ def one_second() -> Reference:
 def test_closed_loop_holds_and_is_the_same_on_any_threads(
     plant: RodPlant, one_second: Reference
 ) -> None:
-    pairs = [TUNED["circle"].filters(1e-3)] * 3
+    pairs = [TUNED_IDEAL["circle"].filters(1e-3)] * 3
     runs = [
         closed_loop(plant, setting("simulink"), one_second, pairs, threads=threads, energy=False)
         for threads in (1, 2)
@@ -248,7 +248,7 @@ def test_closed_loop_holds_and_is_the_same_on_any_threads(
 def test_closed_loop_without_friction_is_the_assumed_modes(
     plant: RodPlant, modes_plant: AssumedModesPlant, one_second: Reference
 ) -> None:
-    pair = [TUNED["circle"].filters(1e-3)]
+    pair = [TUNED_IDEAL["circle"].filters(1e-3)]
     (rod,), (other,) = (
         closed_loop(each, setting("none"), one_second, pair, energy=False)
         for each in (plant, modes_plant)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from trial_controllers import TRIAL
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ParameterError, Parameters
 from flexsim.linear.linearise import linearise, zero_order_hold
 from flexsim.loop.friction import Friction
@@ -219,7 +219,7 @@ def test_a_dither_takes_the_dead_zone_away(
     plant: Plant, name: str, filters: Filters | None
 ) -> None:
     ref, friction = path(name), setting("jump").friction
-    chosen = filters or TUNED[name].filters(PERIOD)
+    chosen = filters or TUNED_IDEAL[name].filters(PERIOD)
     plain = envelope(plant, ref, chosen, "jump")
     shaped = shaped_reference(ref, plant, filters=chosen, friction=friction, dither=True)
     assert envelope(plant, shaped, chosen, "jump") < DITHERED * plain

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import AssumedModesPlant, ChainPlant, ParameterError, Parameters
 from studies.core.timing import least_cost
 from studies.tools import c_loop
@@ -130,11 +130,11 @@ def test_without_a_compiler_there_is_a_note(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_generations_are_near_the_tuned_controller_and_run_to_the_end() -> None:
     modes = AssumedModesPlant(Parameters())
-    center = as_drawn(TUNED["circle"])
-    drawn = TUNED["circle"].joint2
+    center = as_drawn(TUNED_IDEAL["circle"])
+    drawn = TUNED_IDEAL["circle"].joint2
     assert center[5] == pytest.approx(drawn.k1 * 1000**drawn.nu1)
     ((one, two),) = ControllerDesign().filters(center[None])
-    for built, own in zip((one, two), TUNED["circle"].filters(1e-3), strict=True):
+    for built, own in zip((one, two), TUNED_IDEAL["circle"].filters(1e-3), strict=True):
         assert built[0] == pytest.approx(own[0], rel=ROUNDING)
     once = generation_run(modes, 0.1)
     assert once() == pytest.approx(4400, rel=COUNTED)  # 44 individuals of 100 ms

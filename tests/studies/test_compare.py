@@ -13,23 +13,17 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from controllers import TABLE_2, TUNED, Controller
+from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
 from flexsim import FlexsimError, Parameters, Robot
-from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.hardware import HARDWARE, Hardware
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import TRAJECTORIES, trajectory
-from studies.compare.compare import (
-    CompareConfig,
-    Task,
-    plants_of,
-    run,
-    run_task,
-    tasks,
-)
+from studies.compare.compare import plants_of, run, run_task
 from studies.compare.holding import holding_rows
 from studies.compare.repeats import Batch, apart
 from studies.compare.report import group_verdict, tables, true_tip_rows, verdict
 from studies.compare.rows import Against, CompareRow, Comparison
+from studies.compare.tasks import CompareConfig, Task, hardware_name, tasks
 from studies.core.evidence.check_sample import Check
 from studies.core.evidence.repeats import PERTURBATION, medians, perturbed
 from studies.main import main
@@ -42,7 +36,9 @@ PAIRS = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("lin
 FIGURES = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}
 PLANTS = ("assumed-modes", "chain")
 SPREAD = 0.1  # relative: of a standard deviation over 1200 draws, five times its own
-FEW = CompareConfig(perturbations=2)
+BOTH_SETS = ("ours", "table2")
+BENCH = replace(HARDWARE["bench"], seed=1)
+FEW = CompareConfig(perturbations=2, controllers=BOTH_SETS)
 SHORT = replace(TRAJECTORIES["circle"], duration=1.5, hold=0.2)
 DEFLECTION = 0.25  # [m] the loop stops a run whose v is half the beam's length
 
@@ -69,20 +65,37 @@ def named(name: str, config: CompareConfig = FEW) -> Task:
 
 
 def test_cases_are_the_papers_three_and_figure_6() -> None:
-    found = [(task.label, task.trajectory.name, task.setting) for task in tasks(CompareConfig())]
+    every = CompareConfig(controllers=("ours", "ideal", "table2"))
+    found = [(task.label, task.trajectory.name, task.setting) for task in tasks(every)]
     assert found == [
         *((f"tuned {devised}", path, "simulink") for path, devised in PAIRS),
+        *((f"ideal {devised}", path, "simulink") for path, devised in PAIRS),
         *((f"Table 2 {devised}", path, "reconstructed") for path, devised in PAIRS),
     ]
-    for task, (path, devised) in zip(tasks(FEW), PAIRS * 2, strict=True):
-        ours = task.setting == "simulink"
-        assert task.controller == (TUNED[devised] if ours else TABLE_2[FIGURES[devised]])
-        assert task.trajectory == (TRAJECTORIES[path] if ours else trajectory(path, True))
+    for task, (path, devised) in zip(tasks(every), PAIRS * 3, strict=True):
+        of_paper = task.group == "table2"
+        own = TUNED if task.group == "ours" else TUNED_IDEAL
+        assert task.controller == (TABLE_2[FIGURES[devised]] if of_paper else own[devised])
+        assert task.trajectory == (trajectory(path, True) if of_paper else TRAJECTORIES[path])
+        assert task.hardware == (BENCH if task.group == "ours" else Hardware(seed=1))
+    assert tasks(CompareConfig()) == [task for task in tasks(every) if task.group == "ours"]
+
+
+def test_hardware_that_is_named_is_everybodys() -> None:
+    every = CompareConfig(controllers=("ours", "table2"), hardware="delayed", hardware_noise=1e-5)
+    assert {task.hardware for task in tasks(every)} == {Hardware(1, noise_v=1e-5, seed=1)}
+    assert {hardware_name(task.hardware) for task in tasks(every)} == {
+        "delay of 1 sample, 0.01 mm rms of noise on v (seed 1)"
+    }
+    assert [hardware_name(each) for each in HARDWARE.values()] == list(HARDWARE)
+    assert hardware_name(BENCH) == "bench"  # whatever the seed
+    with pytest.raises(FlexsimError, match="'mine' are unknown; choose of ours, ideal, table2"):
+        tasks(CompareConfig(controllers=("mine",)))
 
 
 def test_configuration_reaches_the_cases() -> None:
     small = replace(TRAJECTORIES["circle"], half_width=0.05)
-    found = tasks(CompareConfig(circle=small, setting="opposing"))
+    found = tasks(CompareConfig(controllers=BOTH_SETS, circle=small, setting="opposing"))
     assert [task.setting for task in found] == ["opposing"] * 4 + ["reconstructed"] * 4
     assert found[2].trajectory is small
     modes, chain = plants_of(CompareConfig(modes=2, segments=4, step=5e-4), "reconstructed")
@@ -113,7 +126,8 @@ def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
         assert (second.against.difference, second.against.ratio_low) == (apart, None)
         assert second.against.ratio == second.found.envelope / first.found.envelope
         assert (first.simulated, second.simulated) == ("assumed-modes", "closed-chain")
-        assert (first.hardware, first.zeta) == ("ideal", 1e-3)
+        ours = first.group == "ours"
+        assert (first.hardware, first.zeta) == ("bench" if ours else "ideal", 1e-3)
         assert first.check.check_runs == 0 and second.check.check_runs == 2
         assert second.check.check_inside is True
 
@@ -127,7 +141,8 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
             assert motion.time[1] == pytest.approx(1e-3, rel=1e-12)  # the control rate
         assert tuple(case.bands) == PLANTS
         assert {band.runs for band in case.bands.values()} == {2}
-        assert all(words.endswith(" of 2, the median") for words in case.shown.values())
+        own = ("of 2, the median", "of MuJoCo's 2, nearest to the median of 2")  # where chaotic
+        assert all(words.endswith(own) for words in case.shown.values())
     assert sorted(comparison.mjcf) == ["chain_reconstructed.xml", "chain_simulink.xml"]
     for text in comparison.mjcf.values():
         assert mujoco.MjModel.from_xml_string(text).nv == 8
@@ -161,11 +176,11 @@ def test_tables_have_every_row(comparison: Comparison) -> None:
 
 def test_envelopes_are_shown_with_their_intervals() -> None:
     """In the digits that these support, in columns by the plants' names."""
-    config = CompareConfig(perturbations=7, circle=SHORT)
+    config = CompareConfig(perturbations=7, circle=SHORT, hardware="ideal")
     task = named("tuned_circle", config)
     plants = plants_of(config, task.setting)
     rows, _ = run_task(task, plants, config)
-    result = Comparison([*rows, *(replace(row, group="Table 2") for row in rows)], [], *[None] * 2)
+    result = Comparison([*rows, *(replace(row, group="table2") for row in rows)], [], *[None] * 2)
     table = tables(result)[1]
     assert table.headings() == ["trajectory", "assumed modes", "chain", "ratio"]
     ((_, *cells),) = (table.cells(line) for line in table.lines())
@@ -187,13 +202,17 @@ def test_holding_is_said_of_every_plant() -> None:
     held = holding_rows(found, setting("none"), *given)
     assert [row.plant for row in held] == [row.plant for row in rows] == list(PLANTS)
     assert all(row.holds and row.case == "line" for row in held)
-    both = [*rows, *(replace(row, group="Table 2") for row in rows)]
+    both = [*rows, *(replace(row, group="table2") for row in rows)]
     result = Comparison(both, [], Robot(), {}, held)
     table = next(each for each in tables(result) if each.key == "holding")
-    ((case, verdict_of, ratio, growth, *_),) = (table.cells(line) for line in table.lines())
+    ((case, verdict_of, ratio, _, growth, *_),) = (table.cells(line) for line in table.lines())
     assert (case, verdict_of, growth) == ("line", "yes|yes", f"{held[0].holding.growth:+.2g}")
-    assert ratio == "|".join(f"{row.holding.v_ratio:.2f}" for row in held)
+    assert growth and ratio == "|".join(f"{row.holding.v_ratio:.2f}" for row in held)
     assert "Note: 2 of 2 loops hold." in verdict(result)
+    late = holding_rows(found, setting("none", HARDWARE["bench"]), *given)
+    assert all(row.holding.growth < 0 for row in late)  # the bench's delay is what they are for
+    ideal = replace(task, controller=TUNED_IDEAL["line"])
+    given = (ideal.trajectory, ideal.label, ideal.controller, config.period, Robot())
     late = holding_rows(found, setting("none", HARDWARE["bench"]), *given)
     assert not any(row.holds for row in late)
     assert late[0].holding.growth > 40
@@ -376,7 +395,8 @@ def test_same_seed_same_rows_on_one_thread(
     compared: QuickRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "again"
-    words = ["--perturbations", "2", "--threads", "1", "--json"]
+    words = ["--perturbations", "2", "--no-holding", "--threads", "1", "--json"]
+    words += ["--controllers", *BOTH_SETS]
     assert main(["compare", "--out", str(out), *words]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert shown["run"] == str(out)
@@ -390,7 +410,7 @@ def test_same_seed_same_rows_on_one_thread(
 
 def test_references_for_the_true_tip() -> None:
     """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
-    config = CompareConfig(perturbations=1, true_tip=True)
+    config = CompareConfig(perturbations=1, true_tip=True, hardware="ideal")
     rows = true_tip_rows(
         [
             row

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import AssumedModesPlant, Parameters, drive, reference, setting, trajectory
 from flexsim.loop.metrics import rms_distance
 from flexsim.plants.printed import AS_PRINTED, MISPRINTS
@@ -75,7 +75,7 @@ def test_switches_reach_the_plant() -> None:
 
 def test_loop_without_misprints_is_the_consistent_loop_and_46_moves_it() -> None:
     circle = reference(trajectory("circle"), Parameters())
-    controllers = [TUNED["circle"]]
+    controllers = [TUNED_IDEAL["circle"]]
     (right,) = tracked(AssumedModesPlant(Parameters()), setting("none"), circle, controllers)
     (none,) = tracked(
         AssumedModesPlant(Parameters(), form="printed", misprints=0),

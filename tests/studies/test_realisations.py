@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from controllers import TUNED, operator
+from controllers import TUNED_IDEAL, operator
 from flexsim import AssumedModesPlant, Parameters
 from studies.core.evidence.intervals import share_interval
 from studies.realisations.realisations import LENGTHS, RealisationsConfig, loop_row, tuned_anew
@@ -66,11 +66,11 @@ def test_longer_filters_cost_more() -> None:
 
 def test_loops_of_two_hold_and_too_many_poles_are_refused() -> None:
     plant = AssumedModesPlant(Parameters())
-    held = loop_row("tustin", 10, plant, "circle", [TUNED["circle"]], RealisationsConfig())
+    held = loop_row("tustin", 10, plant, "circle", [TUNED_IDEAL["circle"]], RealisationsConfig())
     assert held.bounded_share == 1.0 and 0 < held.index < 1e-3 and held.envelope < 0.03
     assert (held.bounded_share_low, held.bounded_share_high) == share_interval(1, 1)
     lost = loop_row(
-        "backward-fraction", 12, plant, "circle", [TUNED["circle"]], RealisationsConfig()
+        "backward-fraction", 12, plant, "circle", [TUNED_IDEAL["circle"]], RealisationsConfig()
     )
     assert lost.index is None and "fewer terms" in lost.refused
 
@@ -85,7 +85,7 @@ def test_retuning_suits_a_realisation_better_than_gains_of_another() -> None:
     assert best is not None
     before, after = (
         loop_row("oustaloup", 3, plant, "circle", [each], alone).index
-        for each in (TUNED["circle"], best)
+        for each in (TUNED_IDEAL["circle"], best)
     )
     assert after < before / 2
 

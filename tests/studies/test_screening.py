@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import ParameterError, setting
 from flexsim.linear.growth import SLACK, extreme_poses, loop_options
 from flexsim.linear.loop_poles import linear_loop
@@ -100,7 +100,7 @@ def test_no_screening_is_the_distribution_itself(circle):
 
 def test_growth_is_the_linear_loops(circle):
     tuning, problem, sampler = circle
-    controller = TUNED["circle"]
+    controller = TUNED_IDEAL["circle"]
     halves = [
         (g.k1 * 1000**g.nu1, g.nu1, g.k2 * 1000**g.nu2, g.nu2, g.k3)
         for g in (controller.joint1, controller.joint2)

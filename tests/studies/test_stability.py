@@ -259,7 +259,7 @@ def test_the_slow_pole_is_drawn_to_the_mirrored_tips_zero(
     quick: Callable[[str], QuickRun],
 ) -> None:
     rows = quick("stability").content["zeros"]
-    ours = [row for row in rows if row["controllers"] == "line"]
+    ours = [row for row in rows if row["controllers"] == "ideal-line"]
     assert [row["factor"] for row in ours] == [0.3, 1.0, 3.0]
     for below, above in pairwise(ours):
         ratio = above["factor"] / below["factor"]
@@ -281,7 +281,9 @@ def test_draws_of_table_1_have_their_pole_there() -> None:
 
 
 def test_both_are_the_stepped_ones() -> None:
-    config = StabilityConfig(plant="both", theta2=(POSE,), controllers=("line",), map_points=0)
+    config = StabilityConfig(
+        plant="both", theta2=(POSE,), controllers=("ideal-line",), map_points=0
+    )
     found = run(replace(config, zero_draws=0))
     assert [row.plant for row in found.rows] == ["assumed-modes", "chain"]
     exact = run(replace(config, plant="exact", zero_draws=0, hardware="bench")).rows[0]

@@ -121,12 +121,24 @@ def difference_interval(
     return medians_interval(np.subtract, (first, second), seed, paired, level)
 
 
+def rms_ratio_interval(
+    first: ArrayLike, second: ArrayLike, seed: int, level: float = LEVEL
+) -> Interval | None:
+    """Return the interval of sqrt(mean(first) / mean(second)), of mean squares run by run."""
+
+    def ratio(one: Array, other: Array) -> Array:
+        return np.sqrt(one / other)
+
+    return medians_interval(ratio, (first, second), seed, True, level, np.mean)
+
+
 def medians_interval(
     of: Callable[..., Array],
     samples: Sequence[ArrayLike],
     seed: int,
     paired: bool = True,
     level: float = LEVEL,
+    centre: Callable[..., Array] = np.median,
 ) -> Interval | None:
     """Return a percentile bootstrap of what is made of samples' medians.
 
@@ -137,6 +149,7 @@ def medians_interval(
         of: from the samples' medians, arrays of one shape, to what is made of them.
         samples: (n,) each, inf where diverged; of one length where paired.
         seed: of the resampling. paired: whether runs i of all belong together, and stay so.
+        centre: instead of the median.
 
     Raises:
         ParameterError: paired samples of different lengths.
@@ -151,7 +164,7 @@ def medians_interval(
         return None
 
     def statistic(*drawn: Array, axis: int = -1) -> Array:
-        return of(*(np.median(each, axis=axis) for each in drawn))
+        return of(*(centre(each, axis=axis) for each in drawn))
 
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
         # an interval of scipy's own, which we do not use, may have no end

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers import TUNED, textbook_pid
+from controllers import TUNED_IDEAL, textbook_pid
 from flexsim import Parameters
 from flexsim.arm.parameters import paper
 from flexsim.loop.control.stacking import stack
@@ -15,7 +15,16 @@ from flexsim.loop.runs import closed_loop
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.robot import Robot
-from studies.core.evidence.holding import HOLD, MOST, WINDOW, Holding, holding, holdings
+from studies.core.evidence.holding import (
+    HOLD,
+    MOST,
+    WINDOW,
+    Holding,
+    _counts,
+    _decided,
+    holding,
+    holdings,
+)
 from studies.core.evidence.holding_table import HoldingRow, holding_table, said
 
 PERIOD = 1e-3
@@ -36,7 +45,7 @@ def of(
 
 def test_a_damped_loop_holds_and_an_undamped_one_does_not() -> None:
     """Three modes at 1 ms never show the growth of mode 5; the exact loop does."""
-    damped, undamped = (of(TUNED["line"], Robot(each)) for each in (Parameters(), paper()))
+    damped, undamped = (of(TUNED_IDEAL["line"], Robot(each)) for each in (Parameters(), paper()))
     assert damped.holds and damped.why_not == ""
     assert damped.v_ratio is not None and damped.v_ratio < 1
     assert damped.growth < 0 < damped.growth_undamped
@@ -47,7 +56,7 @@ def test_a_damped_loop_holds_and_an_undamped_one_does_not() -> None:
 
 
 def test_a_loop_that_diverges_does_not_hold() -> None:
-    found = of(TUNED["line"], Robot(), "simulink", HARDWARE["bench"])
+    found = of(TUNED_IDEAL["line"], Robot(), "simulink", HARDWARE["bench"])
     assert not found.bounded and not found.holds and found.v_ratio is None
     assert found.diverged_at is not None and 0 < found.diverged_at < 24
     assert "diverged at" in found.why_not and "grows at 49" in found.why_not
@@ -56,12 +65,12 @@ def test_a_loop_that_diverges_does_not_hold() -> None:
 def test_v_is_compared_over_the_last_two_windows() -> None:
     plant, chosen = Robot().modes_plant(), setting("none")
     path = reference(replace(LINE, hold=HOLD), plant.parameters, PERIOD)
-    (motion,) = closed_loop(plant, chosen, path, [TUNED["line"]])
+    (motion,) = closed_loop(plant, chosen, path, [TUNED_IDEAL["line"]])
     last, before = (
         np.sqrt(np.mean(motion.v[start:stop] ** 2))
         for start, stop in ((-round(WINDOW / PERIOD), None), (-round(2 * WINDOW / PERIOD), -5000))
     )
-    found = of(TUNED["line"], Robot())
+    found = of(TUNED_IDEAL["line"], Robot())
     assert found.v_ratio == pytest.approx(last / before, rel=1e-3)
     slowest = math.exp(found.growth * WINDOW)  # the mirrored tip's own swing is what is left
     assert found.v_ratio == pytest.approx(slowest, rel=0.01)
@@ -69,9 +78,9 @@ def test_v_is_compared_over_the_last_two_windows() -> None:
 
 def test_growth_shows_in_v_where_the_plant_has_the_mode() -> None:
     """C2 beyond its gain margin by 2 %: it grows at 0.76 1/s and is lost at 24 s."""
-    pair = TUNED["line"].filters(PERIOD)
+    pair = TUNED_IDEAL["line"].filters(PERIOD)
     robot = Robot()
-    base = of(TUNED["line"], robot)
+    base = of(TUNED_IDEAL["line"], robot)
     louder = ((pair[0][0], pair[0][1]), (1.02 * base.gain_margin * pair[1][0], pair[1][1]))
     found = of(louder, robot)
     assert found.grows and not found.holds
@@ -91,8 +100,8 @@ def test_the_settings_slope_counts() -> None:
     found = of(PD, Robot(), "simulink")
     plain = of(PD, Robot())
     assert found.growth == plain.growth == plain.growth_friction != found.growth_friction
-    margin = of(TUNED["line"], Robot()).gain_margin
-    pair = TUNED["line"].filters(PERIOD)
+    margin = of(TUNED_IDEAL["line"], Robot()).gain_margin
+    pair = TUNED_IDEAL["line"].filters(PERIOD)
     near = ((pair[0][0], pair[0][1]), (margin / 1.01 * pair[1][0], pair[1][1]))
     close = of(near, Robot(), "simulink", hold=2.0)
     assert close.growth <= 0 < close.growth_friction and not close.holds
@@ -135,15 +144,51 @@ def test_the_margin_is_the_linear_loops() -> None:
 def test_several_plants_share_their_exact_loop() -> None:
     robot, chosen = Robot(), setting("simulink")
     plants = [robot.modes_plant(chosen), robot.plant("closed-chain", chosen)]
-    pair = holdings(plants, chosen, LINE, TUNED["line"], PERIOD, robot)
+    pair = holdings(plants, chosen, LINE, TUNED_IDEAL["line"], PERIOD, robot)
     for plant, found in zip(plants, pair, strict=True):
-        assert found == holding(plant, chosen, LINE, TUNED["line"], PERIOD, robot)
+        assert found == holding(plant, chosen, LINE, TUNED_IDEAL["line"], PERIOD, robot)
     assert pair[0].v_ratio != pair[1].v_ratio
 
 
+def test_chance_is_told_from_growth_by_all_repeats() -> None:
+    """Noise alone, on a loop whose v would decay: a run's ratio is chance, that of all 1."""
+    chosen = setting("none", Hardware(noise_v=1e-4))
+    plant = Robot().modes_plant(chosen)
+    alone = holding(plant, chosen, LINE, PD, PERIOD, Robot())
+    assert (alone.ratio_runs, alone.ratio_pooled, alone.ratio_low) == (1, alone.v_ratio, None)
+    found = holding(plant, chosen, LINE, PD, PERIOD, Robot(), HOLD, [PD] * 19)
+    assert found.v_ratio == alone.v_ratio and found.ratio_runs == 20
+    assert found.ratio_low is not None and found.ratio_high is not None
+    assert found.ratio_low < found.ratio_pooled < found.ratio_high
+    assert found.ratio_pooled == pytest.approx(1.0, abs=0.05) and found.quiet
+    unlucky = replace(found, v_ratio=1.3)
+    assert unlucky.quiet and not replace(unlucky, ratio_pooled=1.11).quiet
+
+
+def test_more_repeats_are_run_until_the_ratio_is_decided() -> None:
+    assert _counts(1) == [1] and _counts(160) == [40, 80, 160] and _counts(100) == [40, 80, 100]
+    sides = {(0.9, 1.1): True, (1.11, 1.4): True, (1.0, 1.2): False, (None, None): False}
+    for (low, high), decided in sides.items():
+        assert _decided({"ratio_low": low, "ratio_high": high}) is decided
+    chosen = setting("none")
+    plant, pair = Robot().modes_plant(chosen), TUNED_IDEAL["line"].filters(PERIOD)
+    clear = holding(plant, chosen, LINE, pair, PERIOD, Robot(), 4.0, [pair] * 59)
+    assert clear.ratio_runs == 40 and clear.ratio_high is not None and clear.ratio_high <= MOST
+
+
+def test_one_repeat_that_diverges_is_enough() -> None:
+    chosen = setting("none")
+    plant, pair = Robot().modes_plant(chosen), TUNED_IDEAL["line"].filters(PERIOD)
+    wild = (pair[0], (3.0 * pair[1][0], pair[1][1]))
+    found = holding(plant, chosen, LINE, pair, PERIOD, Robot(), 2.0, [pair] * 6 + [wild])
+    assert not found.bounded and found.ratio_pooled is None
+    assert found.v_ratio is not None and found.ratio_share == pytest.approx(7 / 8)
+    assert not found.holds and "diverged" in found.why_not
+
+
 def test_the_table_shows_both_plants_and_says_why_not() -> None:
-    held = of(TUNED["line"], Robot())
-    lost = replace(held, bounded=False, diverged_at=2.89, v_ratio=None)
+    held = of(TUNED_IDEAL["line"], Robot())
+    lost = replace(held, bounded=False, diverged_at=2.89, v_ratio=None, ratio_pooled=None)
     grown = replace(held, growth=1.5)
     names = ("assumed-modes", "closed-chain")
     rows = [
@@ -153,7 +198,8 @@ def test_the_table_shows_both_plants_and_says_why_not() -> None:
     ]
     table = holding_table(rows)
     first, second = (table.cells(line) for line in table.lines())
-    assert first[:4] == ["line", "yes|to 2.9 s", f"{held.v_ratio:.2f}|-", f"{held.growth:+.2g}"]
+    ratios = [f"{held.v_ratio:.2f}|-", f"{held.ratio_pooled:.1f}|-"]
+    assert first[:5] == ["line", "yes|to 2.9 s", *ratios, f"{held.growth:+.2g}"]
     assert second[:2] == ["line by two-loop", "grows|yes"]
     shown = table.as_json()[0]
     assert shown["holds"] is True and shown["delay_margin"] == held.delay_margin
