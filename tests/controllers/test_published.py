@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controllers import REALISATIONS, TABLE_2, TUNED, TUNED_IDEAL, Controller, ControllerError
+from controllers import REALISATIONS, TABLE_2, TUNED_IDEAL, Controller, ControllerError
 from studies.tuning.distributions import NAMES, TABLE_1
 
 T = 1e-3
