@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from controllers import TUNED
+from controllers import TUNED_IDEAL
 from flexsim import Parameters, setting
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import paper
@@ -235,7 +235,7 @@ def test_a_loop_is_a_median_of_runs_with_its_interval() -> None:
     found = tracking(plant, setting("simulink"), None, 10)
     assert found.runs == 10 and found.envelope and found.envelope_low and found.envelope_high
     assert found.envelope_low <= found.envelope <= found.envelope_high
-    shaken = perturbed(TUNED["circle"], 10, np.random.default_rng(1))
+    shaken = perturbed(TUNED_IDEAL["circle"], 10, np.random.default_rng(1))
     ref = reference(trajectory("circle"), plant.parameters)
     widths = [each["envelope"] for each in measure(plant, setting("simulink"), ref, shaken)]
     assert (found.envelope_low, found.envelope_high) == median_interval(widths)

@@ -132,7 +132,9 @@ def holding(
     Raises:
         ParameterError: the trajectory, the controller or a number cannot be used.
     """
-    return holdings([plant], setting, trajectory, controller, period, robot, hold, repeats=[repeats])[0]
+    return holdings(
+        [plant], setting, trajectory, controller, period, robot, hold, repeats=[repeats]
+    )[0]
 
 
 def holdings(
