@@ -181,13 +181,13 @@ def test_every_controller_builds_in_every_realisation(
 
 
 def test_tuned_controllers_use_both_operators() -> None:
-    for controller in TUNED_IDEAL.values():
+    for shape, controller in TUNED_IDEAL.items():
         for gains in (controller.joint1, controller.joint2):
             assert gains.k1 != 0.0
             assert gains.k2 != 0.0
         assert (
             controller.source
-            == f"flexsim tune --trajectory {controller.name} --plant both --setting jump --seed 2"
+            == f"flexsim tune --trajectory {shape} --plant both --setting jump --seed 2"
         )
 
 
