@@ -76,8 +76,16 @@ class CompareConfig(LoopOptions):
 
     @property
     def built(self) -> Hardware:
-        """The hardware of our controllers."""
-        return self.built_for(OURS)
+        """The hardware of the first set of controllers asked for."""
+        return self.built_for(self.sets()[0] if self.controllers else OURS)
+
+    @property
+    def hardware_words(self) -> str:
+        """The hardware in words, set by set where they differ."""
+        each = {group: self.built_for(group).words() for group in self.sets()}
+        if len(set(each.values())) == 1:
+            return self.built.words()
+        return "; ".join(f"{group}: {words}" for group, words in each.items())
 
     def built_for(self, group: str) -> Hardware:
         """Return the hardware in the loop of a group of cases.

@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 
+from flexsim.loop.hardware import IDEAL
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.figures import save
@@ -124,7 +125,7 @@ class Study(Generic[Config, Result]):
 
     def _write(self, folder: Path, config: Config, result: Result) -> None:
         ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
-        built = {"hardware": config.built.words()}
+        built = {"hardware": config.hardware_words}
         write_config(folder, config, **ran, **built, **self.facts(result))
         for table in self.tables(result):
             if table.file and table.rows:
@@ -139,15 +140,15 @@ class Study(Generic[Config, Result]):
     def as_json(self, config: Config, result: Result) -> str:
         """Return the tables' rows, the facts and the folder as one JSON object."""
         rows = {table.key: table.as_json() for table in self.tables(result) if table.key}
-        about = {"hardware": config.built.words(), "run": str(config.out)}
+        about = {"hardware": config.hardware_words, "run": str(config.out)}
         return to_json({**rows, **self.facts(result), **about})
 
     def show(self, config: Config, result: Result, out: Console) -> None:
         """Print the tables, the verdict and what lies in the folder."""
         show_tables(self.tables(result), out)
         out.print(self.verdict(result), soft_wrap=True)
-        if not config.built.ideal:
-            out.print(f"Hardware: {config.built.words()}.", soft_wrap=True)
+        if config.hardware_words != IDEAL.words():
+            out.print(f"Hardware: {config.hardware_words}.", soft_wrap=True)
         out.print(f"{spelled(config.out)}: {', '.join(contents(config.out))}", soft_wrap=True)
 
 

@@ -141,6 +141,11 @@ class HardwareOptions(HardwareNumberOptions):
         """
         return overridden(seed=getattr(self, "seed", 0), **self.hardware_numbers)
 
+    @property
+    def hardware_words(self) -> str:
+        """The hardware in words, for notes and files."""
+        return self.built.words()
+
 
 def damping_note(robot: Robot) -> str:
     """Return which damping ratios a chain has where the assumed modes have some of their own."""

@@ -89,6 +89,10 @@ def test_hardware_that_is_named_is_everybodys() -> None:
     }
     assert [hardware_name(each) for each in HARDWARE.values()] == list(HARDWARE)
     assert hardware_name(BENCH) == "bench"  # whatever the seed
+    words = CompareConfig(controllers=("ours", "ideal")).hardware_words
+    assert words.startswith("ours: delay of 1 sample") and words.endswith("; ideal: ideal")
+    assert CompareConfig(controllers=("ideal", "table2")).hardware_words == "ideal"
+    assert every.hardware_words == every.built.words()
     with pytest.raises(FlexsimError, match="'mine' are unknown; choose of ours, ideal, table2"):
         tasks(CompareConfig(controllers=("mine",)))
 

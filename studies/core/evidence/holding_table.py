@@ -66,10 +66,10 @@ COLUMNS = (
 )
 NOTE = f"""\
 Holds: bounded over {HOLD:g} s after the path; rms of v over the last 5 s, over all
-repeats, at most {MOST:g} of that before (v late: of one run); no growth [1/s] of the
-exact linear loop, neither without friction nor with its slope. Beside it that
-without damping; the pole's frequency; extra delay [ms] and the factor of the
-loop gains that are borne."""
+repeats, at most {MOST:g} of that before (v late: of one run); no growth [1/s] of
+the exact linear loop, neither without friction nor with its slope. Beside it
+that without damping; the pole's frequency; extra delay [ms] and the factor of
+the loop gains that are borne."""
 
 
 def holding_table(rows: Sequence[HoldingRow]) -> Table:
