@@ -49,7 +49,8 @@ def test_least_cost_is_that_of_the_best_round(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr("studies.core.timing.time.perf_counter", lambda: now)
     monkeypatch.setattr("studies.core.timing.TURN", 0.0)
-    cost = least_cost({"a": lambda: loop("a", 10), "b": lambda: loop("b", 20)}, rounds=3)
+    both = {"a": lambda: loop("a", 10), "b": lambda: loop("b", 20)}
+    cost = least_cost(both, rounds=3, clock=lambda: now)
     assert cost == pytest.approx({"a": 2.0, "b": 5.0}, rel=COUNTED)  # us per ms
     assert order == ["a", "b"] * 4  # once to compile, then in turn
 

@@ -41,7 +41,7 @@ def test_stability_sees_the_delay_and_keeps_it(
 ) -> None:
     out = tmp_path / "run"
     words = "stability --hardware bench --plant assumed-modes --theta2 1.5 --map-points 0 --json"
-    assert main([*words.split(), "--controllers", "line", "--out", str(out)]) == 0
+    assert main([*words.split(), "--controllers", "ideal-line", "--out", str(out)]) == 0
     shown = json.loads(capsys.readouterr().out)
     (row,) = shown["rows"]
     assert 46 < row["growth_exact"] < 52

@@ -112,4 +112,6 @@ def test_studies_are_those_with_a_quick_run(capsys: pytest.CaptureFixture[str]) 
 
 def test_a_run_says_where_its_recording_is_seen(quick: Callable[[str], QuickRun]) -> None:
     run = quick("stability")
-    assert run.text.splitlines()[-1] == f"{run.folder}: figures/, results.csv, screens.csv"
+    assert (
+        run.text.splitlines()[-1] == f"{run.folder}: figures/, results.csv, screens.csv, zeros.csv"
+    )
