@@ -154,6 +154,7 @@ def test_cma_goes_down_the_growth_of_the_rejected():
     assert found.best_index < 0.5 < PENALTY
 
 
+@pytest.mark.slow
 def test_a_run_of_several_can_be_read_and_continued(tmp_path, capsys):
     run = tmp_path / "run"
     words = ["tune", "--trajectory", "circle", *SEVERAL, *SMALL, "--out", str(run)]

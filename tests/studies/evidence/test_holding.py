@@ -76,6 +76,7 @@ def test_v_is_compared_over_the_last_two_windows() -> None:
     assert found.v_ratio == pytest.approx(slowest, rel=0.01)
 
 
+@pytest.mark.slow
 def test_growth_shows_in_v_where_the_plant_has_the_mode() -> None:
     """C2 beyond its gain margin by 2 %: it grows at 0.76 1/s and is lost at 24 s."""
     pair = TUNED_IDEAL["line"].filters(PERIOD)
@@ -95,6 +96,7 @@ def test_growth_shows_in_v_where_the_plant_has_the_mode() -> None:
     assert f"v grew to {seen.v_ratio:.2g} times" in seen.why_not
 
 
+@pytest.mark.slow
 def test_the_settings_slope_counts() -> None:
     """At the friction's slope of 0.2585 joint 1 has a quarter of its gain, joint 2 1.0231 times."""
     found = of(PD, Robot(), "simulink")
@@ -141,6 +143,7 @@ def test_the_margin_is_the_linear_loops() -> None:
     assert found.gain_margin_low < 1 < found.gain_margin
 
 
+@pytest.mark.slow
 def test_several_plants_share_their_exact_loop() -> None:
     robot, chosen = Robot(), setting("simulink")
     plants = [robot.modes_plant(chosen), robot.plant("closed-chain", chosen)]
