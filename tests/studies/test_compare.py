@@ -395,6 +395,7 @@ def test_run_folder_explains_itself(compared: QuickRun) -> None:
     assert not list(compared.folder.parent.glob(".*"))
 
 
+@pytest.mark.slow
 def test_same_seed_same_rows_on_one_thread(
     compared: QuickRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -412,6 +413,7 @@ def test_same_seed_same_rows_on_one_thread(
         assert {"rms_error", "max_v", "paper_simulation"} <= set(row)
 
 
+@pytest.mark.slow
 def test_references_for_the_true_tip() -> None:
     """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
     config = CompareConfig(perturbations=1, true_tip=True, hardware="ideal")

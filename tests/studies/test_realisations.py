@@ -75,6 +75,7 @@ def test_loops_of_two_hold_and_too_many_poles_are_refused() -> None:
     assert lost.index is None and "fewer terms" in lost.refused
 
 
+@pytest.mark.slow
 def test_retuning_suits_a_realisation_better_than_gains_of_another() -> None:
     plant = AssumedModesPlant(Parameters())
     quick = RealisationsConfig(quick=True)
