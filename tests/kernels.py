@@ -20,6 +20,14 @@ ASKED = "from flexsim.numerics.machine import blas_kernels; print(*set(blas_kern
 WIDE = ("AVX512", "X86_V4")  # how numpy's names of what is beyond AVX2 begin
 
 
+WORK = """
+import numpy as np
+from scipy.linalg import lstsq
+a = np.arange(90000.0).reshape(300, 300) % 7.0
+a @ a, a @ a[0], a[0] @ a[1], np.linalg.eigvals(a), lstsq(a, a[0])
+"""
+
+
 @cache
 def chosen(kernel: str | None = None) -> str:
     """Return the kernels that are loaded when one is asked for, or none: one name if all agree."""
@@ -33,8 +41,14 @@ def chosen(kernel: str | None = None) -> str:
 
 
 def runs(kernel: str) -> bool:
-    """Return whether numpy and scipy run under a kernel here, when it is asked for."""
-    return chosen(kernel) == f"OpenBLAS {kernel}"
+    """Return whether numpy and scipy run under a kernel here, when it is asked for.
+
+    OpenBLAS takes a kernel's name whether the processor has its instructions or not.
+    """
+    worked = subprocess.run(
+        [sys.executable, "-c", WORK], env=environment(kernel), capture_output=True
+    ).returncode
+    return worked == 0 and chosen(kernel) == f"OpenBLAS {kernel}"
 
 
 def wide_features() -> list[str]:
