@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ MEDIANS = (
 )
 ERRORS = "Runs; the paper's envelopes; errors and v [mm]"
 TORQUES = (
-    "Commanded torques: rms of each, total variation of both [N m]; growth of v in the hold [1/s]"
+    "Commanded torques, joints 1 and 2: rms, total variation [N m]; growth of v in the hold [1/s]"
 )
 
 
@@ -57,16 +58,15 @@ def _envelope(row: CompareRow) -> str:
     return with_interval(row.found.envelope, low, high, scale=MM)
 
 
+def _envelope_of(row: TrueTipRow) -> str:
+    """Return the same of a reference."""
+    return with_interval(row.envelope, row.envelope_low, row.envelope_high, scale=MM)
+
+
 def _ratio(row: CompareRow) -> str:
     """Return the ratio to the first plant's envelope with its interval."""
     a = row.against
     return with_interval(a.ratio, a.ratio_low, a.ratio_high, most=3)
-
-
-def _variation(row: CompareRow) -> str:
-    """Return the total variation of both joints' torques [N m]."""
-    joints = (row.found.variation_1, row.found.variation_2)
-    return "-" if None in joints else f"{sum(each or 0.0 for each in joints):.0f}"
 
 
 def _paper(row: CompareRow) -> str:
@@ -94,20 +94,30 @@ ERROR_COLUMNS = (
 )
 TORQUE_COLUMNS = (
     Column("case", "trajectory", once=True),
-    Column("rms_torque_1", "rms torque 1", form=_sure("rms_torque_1")),
-    Column("rms_torque_2", "rms torque 2", form=_sure("rms_torque_2", most=3)),
-    Column("variation", "variation", form=_variation),
+    Column("rms_torque_1", "rms 1", form=_sure("rms_torque_1")),
+    Column("rms_torque_2", "rms 2", form=_sure("rms_torque_2", most=3)),
+    Column("variation_1", "variation 1", form=_sure("variation_1", most=1)),
+    Column("variation_2", "variation 2", form=_sure("variation_2", most=1)),
     Column("growth", form=_sure("growth", most=1, sign="+")),
 )
-TRUE_TIP_COLUMNS = (
-    Column("reference", "trajectory, setting; reference", form="", once=True),
-    Column("envelope", form=lambda row: _mm(row.envelope, 2)),
-    Column("share", form=".2f"),
-    Column("dead_zone_error", "dead zone", form=lambda _: "", once=True),
-)
+
+
+def _true_tip_columns(plants: Sequence[str]) -> tuple[Column, ...]:
+    """Return the columns of references: envelope and share of one plant after the other."""
+    each = (
+        (
+            Column("envelope", spoken(name), form=_envelope_of, once=True, where={"plant": name}),
+            Column("share", form=".2f", once=True, where={"plant": name}),
+        )
+        for name in plants
+    )
+    hidden = Column("dead_zone_error", "dead zone", form=lambda _: "", once=True)
+    return (Column("reference", "reference", form="", once=True), *chain(*each), hidden)
+
+
 TRUE_TIP_SECTION = (
     Column("trajectory", form=lambda row: f"{row.trajectory}, {row.setting}"),
-    *(Column("reference", form=lambda _: ""),) * 2,
+    *(Column("reference", form=lambda _: ""),) * 4,
     Column("dead_zone_error", form=lambda row: _mm(row.dead_zone_error)),
 )
 
@@ -134,12 +144,14 @@ def tables(result: Comparison) -> list[Table]:
 
 def _true_tip(rows: Sequence[CompareRow]) -> Table:
     """Return envelopes by kind of reference, and what the dead zone of joint 2 hides, in mm."""
+    found = true_tip_rows(rows)
     return Table(
-        true_tip_rows(rows),
-        TRUE_TIP_COLUMNS,
-        "References for the true tip: envelope half-width, and its share of the first",
+        found,
+        _true_tip_columns(list(dict.fromkeys(row.plant for row in found))),
+        "References for the true tip: envelope [mm], its share of the first; dead zone [mm]",
         line=("trajectory", "setting", "reference"),
         section=TRUE_TIP_SECTION,
+        tight=True,
     )
 
 
@@ -149,10 +161,13 @@ def true_tip_rows(rows: Sequence[CompareRow]) -> list[TrueTipRow]:
     found = []
     for row in (row for row in rows if row.group == TRUE_TIP):
         names, width = (row.trajectory, row.setting, row.plant), row.found.envelope
+        ends = row.found.interval("envelope")
         plain = first.setdefault(names, width)
         share = None if width is None or plain is None else width / plain
         found.append(
-            TrueTipRow(*names[:2], row.reference, row.plant, width, share, row.dead_zone_error)
+            TrueTipRow(
+                *names[:2], row.reference, row.plant, width, *ends, share, row.dead_zone_error
+            )
         )
     return found
 

@@ -84,13 +84,17 @@ class CompareRow:
 
 @dataclass(frozen=True)
 class TrueTipRow:
-    """One reference on one plant: envelope [m], and its share of the one on the mirrored tip."""
+    """One reference on one plant: envelope [m] with its 95 % interval, and its share of the one on
+    the mirrored tip.
+    """
 
     trajectory: str
     setting: str
     reference: str
     plant: str
     envelope: float | None
+    envelope_low: float | None
+    envelope_high: float | None
     share: float | None
     dead_zone_error: float
 

@@ -31,7 +31,8 @@ def figures(result: Convergence) -> Iterator[tuple[str, Figure]]:
     names = [each.ladder for each in result.ladders]
     steps = [name for name in names if name.startswith(STEPS)]
     yield "sizes", ladder_figure(result, [name for name in names if name not in steps])
-    yield "steps", ladder_figure(result, steps)
+    if steps:
+        yield "steps", ladder_figure(result, steps)
 
 
 def ladder_figure(result: Convergence, ladders: Sequence[str]) -> Figure:

@@ -68,7 +68,8 @@ def facts(result: Convergence) -> dict[str, Any]:
 
 def verdict(result: Convergence) -> str:
     """Return in words which rungs are the cheapest, and whether these are the defaults."""
-    lines = [_line(each) for each in result.ladders]
+    asked = {row.ladder for row in result.rungs if not row.default and not row.is_reference}
+    lines = [_line(each) if each.ladder in asked else _alone(each) for each in result.ladders]
     if result.doubt is not None:
         lines.append(
             f"With its step doubled the exact beam's figures move by {UM * result.doubt:.2g} um."
@@ -94,6 +95,13 @@ def _line(ladder: LadderRow) -> str:
         why = f" ({ladder.why})" if ladder.why else ""
         found += f"; the default, {_bare(ladder.default)}, is {ladder.default_status}{why}"
     return f"{ladder.ladder}: {found}."
+
+
+def _alone(ladder: LadderRow) -> str:
+    """Return what is known of a default that nothing else was run beside."""
+    why = f" ({ladder.why})" if ladder.why else ""
+    usual = _bare(ladder.default or "-")
+    return f"{ladder.ladder}: the default, {usual}, is {ladder.default_status}{why}."
 
 
 def _bare(words: str) -> str:

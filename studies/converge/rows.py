@@ -115,6 +115,11 @@ class RungRow:
         return f"{self.plant} at {1e3 * self.step:g} ms"
 
     @property
+    def is_reference(self) -> bool:
+        """Whether it is what it is held against."""
+        return self.words == self.against
+
+    @property
     def label(self) -> str:
         """Its size, with a star if it is the default."""
         return self.size + "*" * self.default

@@ -70,7 +70,9 @@ def plant_at(robot: Robot, chosen: Setting, key: Key) -> Plant:
     return robot.plant(key[0], chosen, step=key[1], chain_step=key[1])
 
 
-def ladders(robot: Robot, chosen: Setting, quick: bool = False) -> tuple[list[Rung], Key]:
+def ladders(
+    robot: Robot, chosen: Setting, quick: bool = False, defaults_only: bool = False
+) -> tuple[list[Rung], Key]:
     """Return all rungs, each ladder from coarse to fine, and what stands for the exact beam.
 
     A model's own step is 1 ms, halved until its integrator can take it; no ladder has a longer
@@ -98,4 +100,8 @@ def ladders(robot: Robot, chosen: Setting, quick: bool = False) -> tuple[list[Ru
             Rung(ladder, name, step, (name, steps[-1]), name in usual and step == own[name])
             for step in steps
         ]
+    if defaults_only:
+        sizes = (MODES_OWN, SEGMENTS_OWN)
+        found = [each for each in found if each.default and each.ladder in sizes]
+        found.insert(1, Rung(MODES_OWN, *exact, exact))
     return found, exact

@@ -170,11 +170,12 @@ def test_tables_have_every_row(comparison: Comparison) -> None:
         assert error == " | ".join(f"{1e3 * row.found.rms_error:.1f}" for row in pair)
         assert v == " | ".join(f"{1e3 * row.found.max_v:.1f}" for row in pair)
     for line, pair in zip(torques.lines(), pairs(torques.rows), strict=True):
-        case, first, _, variation, growth = torques.cells(line)
+        case, first, _, *variations, growth = torques.cells(line)
         assert case == ours.cells(line)[0]
         assert first == " | ".join(f"{row.found.rms_torque_1:.1f}" for row in pair)
-        sums = [row.found.variation_1 + row.found.variation_2 for row in pair]
-        assert variation == " | ".join(f"{each:.0f}" for each in sums)
+        for joint, variation in enumerate(variations, 1):
+            sums = [getattr(row.found, f"variation_{joint}") for row in pair]
+            assert variation == " | ".join(f"{each:.1f}" for each in sums)
         assert growth == " | ".join(f"{row.found.growth:+.1f}" for row in pair)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,15 @@ import numpy as np
 import pytest
 from quick_run import QuickRun
 
-from controllers import Controller, Gains
+from controllers import TUNED, TUNED_IDEAL, Controller, Gains
 from flexsim import Robot, setting
 from flexsim.arm.beam import MODES
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.parameters import paper
 from flexsim.loop.control.stacking import stack
+from flexsim.loop.hardware import HARDWARE
 from studies.converge import judging
-from studies.converge.converge import Task, changes_of, exact_growths, growths
+from studies.converge.converge import Task, changes_of, exact_growths, growths, tuned_for
 from studies.converge.judging import BEYOND, FLOOR, OPEN, WITHIN
 from studies.converge.report import verdict
 from studies.converge.rows import CaseRow, Change, Convergence, RungRow
@@ -217,6 +219,25 @@ def test_rungs_go_from_coarse_to_fine() -> None:
             assert {each.against for each in ladder} == {exact}
     defaults = {each.key for each in rungs if each.default and each.ladder != "Modes, fine"}
     assert defaults == {(f"assumed-modes:{MODES}", 1e-3), (f"closed-chain:{SEGMENTS}", 1e-3)}
+
+
+def test_defaults_only_are_held_against_the_exact_beam() -> None:
+    rungs, exact = ladders(Robot(), setting("simulink"), defaults_only=True)
+    assert [(each.key, each.default) for each in rungs] == [
+        ((f"assumed-modes:{MODES}", 1e-3), True),
+        (exact, False),
+        ((f"closed-chain:{SEGMENTS}", 1e-3), True),
+    ]
+    assert {each.against for each in rungs} == {exact}
+    found = [rung(3, OPEN, True), replace(rung(12, WITHIN), against="assumed-modes:12 at 1 ms")]
+    said = verdict(Convergence([], found, [judging.ladder_row(found)], (), "", 40))
+    assert said == "Modes: the default, 3 at 1 ms, is not resolved (line: envelope)."
+
+
+def test_controllers_are_those_tuned_for_the_hardware() -> None:
+    ideal, bench = (setting("simulink", HARDWARE[name]) for name in ("ideal", "bench"))
+    assert tuned_for(ideal, "line") is TUNED_IDEAL["line"]
+    assert tuned_for(bench, "line") is TUNED["line"]
 
 
 def test_steps_hide_growth() -> None:
