@@ -8,12 +8,14 @@ controllers (3) and (4), or integer PIDs. Realisation: (2) cut after p terms, or
 PID, a true integrator and a backward difference; this has no meaning for fractional orders, so the
 two are not combined. Range: Table 1's distributions, or gains drawn evenly in their logarithms.
 The first populations say how rare stable controllers are, the searches whether they are found.
+Bounded is what stays so in simulation, stable what does not grow on the exact linear loop either.
+The searches, being the paper's, know of the first only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -29,7 +31,7 @@ from studies.core.study_options import LoopOptions, Out, Population
 from studies.pid_question import report
 from studies.tuning.distributions import NAMES, Distribution
 from studies.tuning.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
-from studies.tuning.problem import distribution_for, problem_of, tune
+from studies.tuning.problem import Problem, distribution_for, has_exact, problem_of, tune
 from studies.tuning.tuning import SEED_MOST, Tuning
 
 DESIGNS = {  # (order, realisation): controller and realisation of `Tuning`
@@ -133,14 +135,20 @@ def first_generations(
     ]
 
 
-def search_row(case: Case, seed: int, search: Search) -> report.SearchRow:
-    """Return what became of one search."""
-    best = search.best_parameters
+def search_row(case: Case, seed: int, search: Search, exact: Problem | None) -> report.SearchRow:
+    """Return what became of one search; exact: has the linear loops, None where there are none."""
+    best, first = search.best_parameters, search.generations[0]
     found = [None] * len(NAMES) if best is None else best.tolist()
+    bounded = np.isfinite(first.indices)
+    still = bounded.copy()
+    if exact is not None and bounded.any():
+        still[bounded] = exact.growth(first.population[bounded]) == 0
     return report.SearchRow(
         names=case.names,
         seed=seed,
-        stable_draws=search.generations[0].stable_share,
+        bounded_draws=float(np.mean(bounded)),
+        stable_draws=float(np.mean(still)),
+        best_stable=best is not None and (exact is None or bool(exact.growth(best[None])[0] == 0)),
         best_index=None if best is None else search.best_index,
         generations=len(search.generations),
         evaluations=search.evaluations,
@@ -152,10 +160,15 @@ def summary(case: Case, searches: Sequence[report.SearchRow]) -> report.CaseRow:
     """Return a case's row over its searches."""
     best = [each.best_index for each in searches if each.best_index is not None]
     draws = len(searches) * case.tuning.population
-    stable = round(draws * float(np.mean([each.stable_draws for each in searches])))
+    bounded, stable = (
+        round(draws * float(np.mean([getattr(each, name) for each in searches])))
+        for name in ("bounded_draws", "stable_draws")
+    )
     figures: dict[str, Any] = {
+        **share_of("bounded_draws", np.arange(draws) < bounded),
         **share_of("stable_draws", np.arange(draws) < stable),
-        **share_of("stable_runs", [each.best_index is not None for each in searches]),
+        **share_of("bounded_runs", [each.best_index is not None for each in searches]),
+        **share_of("stable_runs", [each.best_stable for each in searches]),
         **repeats.summary("best_index", best),
     }
     return report.CaseRow(
@@ -176,11 +189,12 @@ def searched(
     """Give the row of every seed's search; `done` is called after each."""
     tuning = case.tuning
     problem, draws = problem_of(tuning, threads), distribution_for(tuning)
+    exact = problem_of(replace(tuning, exact=True)) if has_exact(tuning) else None
     firsts = first_generations(problem, draws, tuning.population, seeds)
     for seed, first in zip(seeds, firsts, strict=True):
         search = tune(problem, draws, tuning.genetic, seed, resume_from=(first,))
         done()
-        yield search_row(case, seed, search)
+        yield search_row(case, seed, search, exact)
 
 
 def run(config: PidQuestionConfig, progress: Progress | None = None) -> report.PidQuestionResult:

@@ -51,11 +51,17 @@ class Names:
 
 @dataclass(frozen=True)
 class SearchRow:
-    """What became of one search; best index [m2 s] and parameters None if nothing held."""
+    """What became of one search; best index [m2 s] and parameters None if nothing was bounded.
+
+    Shares of its first draws that are bounded, and that do not grow on the exact linear loop
+    either; whether its best does not.
+    """
 
     names: Names
     seed: int
+    bounded_draws: float
     stable_draws: float
+    best_stable: bool
     best_index: float | None
     generations: int
     evaluations: int
@@ -68,12 +74,18 @@ class CaseRow:
 
     Low and high are the ends of 95 % intervals: of shares Wilson's, of the median order statistics,
     None for fewer than six. The median, quartiles, least and most of the best index are those of
-    the searches that found anything stable; None if none did. Evaluations and generations are of
+    the searches that found anything bounded; None if none did. Evaluations and generations are of
     all searches, the most a search may have being `generations_most`.
     """
 
     names: Names
     seeds: int
+    bounded_draws: float
+    bounded_draws_low: float
+    bounded_draws_high: float
+    bounded_runs: float
+    bounded_runs_low: float
+    bounded_runs_high: float
     stable_draws: float
     stable_draws_low: float
     stable_draws_high: float
@@ -125,14 +137,21 @@ def _best(row: CaseRow) -> str:
     return "{:.2g} ({:.2g} to {:.2g})".format(*(INDEX * each for each in ends))
 
 
+SPOKEN = {
+    ("fractional", "truncated"): "fractional",
+    ("integer", "truncated"): "PID by (2)",
+    ("integer", "textbook"): "textbook",
+    "table-1": "Table 1",
+    "log-uniform": "log",
+}
 COLUMNS = (
-    Column("order"),
-    Column("realisation", "reali-\nsation"),
-    Column("range"),
+    Column("order", "controller", form=lambda row: SPOKEN[row.names.kind[:2]]),
+    Column("range", form=lambda row: SPOKEN[row.names.range]),
+    _share("bounded_draws", "bounded\n% draws"),
     _share("stable_draws", "stable\n% draws"),
+    _share("bounded_runs", "bounded\n% runs"),
     _share("stable_runs", "stable\n% runs"),
-    Column("best_index", "best, median", form=_best),
-    Column("evaluations", "evalu-\nations", form="d"),
+    Column("best_index", "best,\nmedian", form=_best),
 )
 SECTION = (
     Column("plant", form=lambda row: row.names.plant.removeprefix("assumed-")),
@@ -140,8 +159,10 @@ SECTION = (
     Column("seeds", form=lambda row: f"{row.seeds} seeds"),
 )
 NOTE = """\
-Shares with Wilson's 95 % intervals, medians of the searches that found any
-with those by order statistics, or the range (of fewer than six)."""
+bounded: in the simulation; stable: nor does it grow on the exact linear loop.
+Runs: of the best of a search. Shares with Wilson's 95 % intervals, medians of
+the searches that found any with those by order statistics, or the range (of
+fewer than six)."""
 
 
 def tables(result: PidQuestionResult) -> list[Table]:

@@ -82,7 +82,7 @@ def tables(result: RealisationsResult) -> list[Table]:
             retuned,
             [row for row in factors if row.part == "retuned"],
             "The same, each tuned anew by a short search: medians of the searches; to (2): and\n"
-            "the range of single seeds",
+            "its 95 % interval over the searches",
         ),
     ]
 

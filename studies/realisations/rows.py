@@ -14,7 +14,7 @@ import numpy as np
 
 from flexsim.numerics.types import Array
 from studies.core.evidence.digits import supported, with_interval
-from studies.core.evidence.intervals import medians_interval
+from studies.core.evidence.intervals import median_interval, medians_interval
 from studies.realisations.response import ResponseRow
 
 RETAINED = ("tustin", 10)  # (2) with the p of section 3.2
@@ -75,7 +75,8 @@ class FactorRow:
 
     Attributes:
         part: as of the rows it is of.
-        factor_low, factor_high: 95 % interval, a bootstrap of the runs' pairs; None of searches.
+        factor_low, factor_high: 95 % interval, a bootstrap of the pairs of runs or of searches;
+            None of fewer than six.
         factor_least, factor_most: of single seeds' searches; None where there are none.
     """
 
@@ -90,8 +91,9 @@ class FactorRow:
 
     @property
     def shown(self) -> str:
-        """The factor with its interval, or with the range of searches."""
-        if self.factor_least is None or self.factor_most is None:
+        """The factor with its interval, or with the range of searches too few for one."""
+        known = self.factor_low is not None or self.factor_high is not None
+        if known or self.factor_least is None or self.factor_most is None:
             return with_interval(self.factor, self.factor_low, self.factor_high)
         ends = (self.factor_least, self.factor_most)
         least, most = (f"{x:.1f}" if math.isfinite(x) else "div" for x in ends)
@@ -200,17 +202,26 @@ def relative_index(rows: Sequence[LoopRow], chosen: Chosen) -> float:
     return float(np.exp(own - retained)) if np.isfinite(retained) else math.inf
 
 
+def _finite_or_inf(index: float | None) -> float:
+    return math.inf if index is None else index
+
+
 def relative_interval(
     rows: Sequence[LoopRow], chosen: Chosen, seed: int
 ) -> tuple[float | None, float | None]:
-    """Return the 95 % interval of `relative_index`, from one row per case.
+    """Return the 95 % interval of `relative_index`, over runs; over rows where these are searches.
 
-    Runs stay paired: every realisation has the same controllers. An end that is not known, None.
+    Pairs stay pairs: every realisation has the same controllers, and equal seeds begin with equal
+    populations. An end that is not known, None.
     """
     cases = by_case([row for row in rows if (row.realisation, row.terms) == chosen])
-    of = {(row.realisation, row.terms, row.trajectory, row.plant): row.indices for row in rows}
-    none = np.zeros(0)
-    samples = [of.get((*pair, *case), none) for pair in (chosen, RETAINED) for case in cases]
+    of: dict[tuple[str, int, str, str], list[float]] = {}
+    for row in rows:
+        mine = of.setdefault((row.realisation, row.terms, row.trajectory, row.plant), [])
+        mine.extend(row.indices.tolist() if row.seed is None else [_finite_or_inf(row.index)])
+    samples = [
+        np.array(of.get((*pair, *case), [])) for pair in (chosen, RETAINED) for case in cases
+    ]
     if not all(each.size for each in samples):
         return None, None
 
@@ -228,15 +239,14 @@ def factor_rows(result: RealisationsResult) -> list[FactorRow]:
     for part in GAINS:
         rows = result.loops(part)
         for chosen in by_choice(rows):
-            ends: tuple[float | None, ...] = (None,) * 4
-            if part == "loop":
-                ends = (*relative_interval(rows, chosen, result.seed), None, None)
-            elif len(seeds := dict.fromkeys(row.seed for row in rows)) > 1:
-                single = [
+            single: tuple[float | None, float | None] = None, None
+            if part != "loop" and len(seeds := dict.fromkeys(row.seed for row in rows)) > 1:
+                every = [
                     relative_index([row for row in rows if row.seed == seed], chosen)
                     for seed in seeds
                 ]
-                ends = (None, None, min(single), max(single))
+                single = min(every), max(every)
+            ends = (*relative_interval(rows, chosen, result.seed), *single)
             found.append(FactorRow(part, *chosen, relative_index(rows, chosen), *ends))
     return found
 
@@ -250,5 +260,7 @@ def loop_summaries(rows: Sequence[LoopRow], factors: Sequence[FactorRow]) -> lis
             alone = [row for row in mine if (row.trajectory, row.plant) == case]
             spread = alone[0].spread if len(alone) == 1 else {}
             ends = spread.get("index_low"), spread.get("index_high")
+            if len(alone) > 1:
+                ends = median_interval([_finite_or_inf(each) for each in indices]) or ends
             found.append(LoopSummary(*chosen, *case, _median(indices), *ends, shown[chosen]))
     return found

@@ -36,18 +36,17 @@ def _mm(length: float | None) -> str:
 
 
 def _length(key: str, heading: str | None = None, **where: str) -> Column:
-    """Return a column of lengths in mm, 'div' where the loop diverges."""
+    """Return a column of lengths in mm; 'div' where half of the runs diverge, * where some do."""
 
-    def plain(row: RunRow) -> str:
-        return "div" if row.diverged else _mm(value(row, key))
+    def shown(row: RunRow) -> str:
+        length = value(row, key)
+        if length is None:
+            return "div"
+        own = key == "envelope"
+        text = supported(length, row.envelope_low, row.envelope_high, MM) if own else _mm(length)
+        return text + "*" * row.diverged
 
-    return Column(key, heading, form=_envelope if key == "envelope" else plain, where=where)
-
-
-def _envelope(row: RunRow) -> str:
-    """Return the median envelope in the digits that its interval supports [mm]."""
-    low, high = row.envelope_low, row.envelope_high
-    return "div" if row.diverged else supported(row.envelope, low, high, MM)
+    return Column(key, heading, form=shown, where=where)
 
 
 def _paper(row: RunRow) -> str:
@@ -59,7 +58,8 @@ def tables(result: TablesResult) -> list[Table]:
     plants = " | ".join(spoken(plant) for plant in dict.fromkeys(r.run_on for r in result.rows))
     about = (
         f"In mm, run on {plants}; the paper's: simulation | laboratory.\n"
-        "Medians over runs whose gains differ in their fourth digits; div: diverged.\n\n"
+        "Medians over runs whose gains differ in their fourth digits; div: half of them\n"
+        "diverged; *: fewer did.\n\n"
     )
     return [
         Table(result.rows, key="rows", file="results.csv"),

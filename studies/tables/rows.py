@@ -13,9 +13,10 @@ from studies.core.paper import case_name, paper_envelopes
 class RunRow:
     """One controller on one plant and trajectory.
 
-    Medians over runs with perturbed gains, but for the index, which is the unperturbed run's; None
-    where any diverged, and all of them, the time too, where there is no controller. Low and high:
-    95 % intervals, of a median by order statistics, of a share Wilson's.
+    Medians over runs with perturbed gains, None where half of them diverged, but for the index,
+    which is the unperturbed run's; all are None, the time too, where there is no controller.
+    `diverged`: whether any did. Low and high: 95 % intervals, of a median by order statistics, of
+    a share Wilson's.
     """
 
     tuned_on: str

@@ -60,6 +60,9 @@ class TablesConfig(LoopOptions):
     quick: bool = False
     """Three generations of 50 individuals at most, two runs each."""
     setting: SettingName = DEFAULT_SETTING
+    exact: bool = True
+    """Reject what grows on the exact linear loop, before it is simulated; --no-exact for section
+    3.2's algorithm alone, as it is where there is no such loop, with --mjcf or --modal-damping."""
     generations: int = 100
     """Generations at most, the first included; ten without improvement end a search."""
     population: Population = 50
@@ -126,6 +129,7 @@ def tunings(config: TablesConfig) -> list[Tuning]:
             population=config.population,
             generations=config.generations if plant == PLANTS[0] else config.chain_generations,
             seed=config.seed,
+            exact=config.exact and config.mjcf is None and not config.modal_damping,
             modes=config.modes,
             segments=config.segments,
             **config.for_tuning,
@@ -178,17 +182,16 @@ def run_row(
     ref = reference(chased, plant.parameters, each.tuning.period)
     nominal, *perturbed = measure(plant, chosen, ref, filters, chased.hold, threads=config.threads)
     found = medians(perturbed)
-    lost = found.diverged
-    low, high = (None, None) if lost else found.interval("envelope")
+    low, high = found.interval("envelope")
     row = RunRow(
         *names,
-        envelope=None if lost else found.envelope,
-        max_error=None if lost else found.max_error,
-        rms_error=None if lost else found.rms_error,
-        max_v=None if lost else found.max_v,
-        residual_v=None if lost else found.residual_v,
+        envelope=found.envelope,
+        max_error=found.max_error,
+        rms_error=found.rms_error,
+        max_v=found.max_v,
+        residual_v=found.residual_v,
         index=None if nominal["diverged"] else nominal["index"],
-        diverged=lost,
+        diverged=found.diverged,
         diverged_at=found.diverged_at,
         envelope_low=low,
         envelope_high=high,

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -224,9 +224,18 @@ def breed(
     return np.vstack([*children, born]), origins
 
 
-def has_stalled(best: Sequence[float], patience: int) -> bool:
+def has_stalled(best: Sequence[Any], patience: int) -> bool:
     """Return whether the last `patience` generations improved nothing; step two."""
     return len(best) > patience and min(best[-patience:]) >= min(best[:-patience])
+
+
+def best_of(generation: Generation) -> tuple[float, float]:
+    """Return the least index [m2 s], inf if none holds; then the least growth of all [1/s].
+
+    So that a search goes on that has found nothing that may be simulated, but comes nearer.
+    """
+    index = float(generation.indices.min())
+    return index, 0.0 if np.isfinite(index) else float(generation.growth.min())
 
 
 def first_generation(
@@ -308,7 +317,7 @@ def run_genetic(
     check_recorded(resume_from, settings.survivors)
     done = list(resume_from)
     while True:
-        stalled = has_stalled([float(each.indices.min()) for each in done], settings.patience)
+        stalled = has_stalled([best_of(each) for each in done], settings.patience)
         if stalled or len(done) >= settings.generations:
             reason = f"no improvement over {settings.patience} generations"
             return Search(tuple(done), reason if stalled else "all generations done")

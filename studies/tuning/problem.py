@@ -126,6 +126,18 @@ class Problem:
         self._hold(scores, built)
         return scores
 
+    def growth(self, parameters: Array) -> Array:
+        """Return what of individuals' exact linear loops is above 0 (P,) [1/s].
+
+        inf where no filter can be built. 0 of all if there are no loops to look at.
+        """
+        growth = np.full(len(parameters), np.inf)
+        built = self.design.filters(parameters)
+        usable = [i for i, filters in enumerate(built) if filters is not None]
+        if usable:
+            growth[usable] = self._growth([pair for pair in built if pair is not None])
+        return growth
+
     @property
     def _how(self) -> dict[str, Any]:
         """Options of every simulation."""
@@ -135,7 +147,9 @@ class Problem:
         """Return what of controllers' exact linear loops is above 0 (P,), inf if beyond numbers."""
         growth = np.full(len(filters), np.inf)
         left = [i for i, pair in enumerate(filters) if moderate(pair)]
-        if left:
+        if not self.exact:
+            growth[left] = 0.0
+        elif left:
             drawn = stack([filters[i] for i in left], self.design.period)
             growth[left] = np.maximum(quantised(exact_growth(self.exact, drawn)), 0.0)
         return growth
@@ -273,6 +287,11 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
             v_gain=tuning.v_gain,
         )
     )
+
+
+def has_exact(tuning: Tuning) -> bool:
+    """Return whether there is an exact linear loop of a tuning's robot: a uniform beam's."""
+    return tuning.mjcf is None and not tuning.modal_damping
 
 
 def robot_of(tuning: Tuning) -> Robot:

@@ -1,6 +1,7 @@
 """What decides the paper's negative result: the quick study, its keys and its direction."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from quick_run import QuickRun
 from studies.core.evidence.intervals import share_interval, share_of
 from studies.core.evidence.repeats import summary
 from studies.main import main
+from studies.pid_question.pid_question import PidQuestionConfig, cases, searched
 from studies.pid_question.report import CaseRow, Names, PidQuestionResult, tables, verdict
 
 KEYS = {
@@ -39,6 +41,8 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     assert textbook["stable_draws"] > 0.5
     assert textbook["best_index"] > 0
     for row in rows:
+        assert row["stable_draws"] <= row["bounded_draws"]
+        assert row["stable_runs"] <= row["bounded_runs"]
         for name, count in (("stable_draws", row["draws"]), ("stable_runs", row["seeds"])):
             ends = share_interval(round(row[name] * count), count)
             assert (row[f"{name}_low"], row[f"{name}_high"]) == ends
@@ -52,7 +56,8 @@ def made_row(plant: str, stable: float, best: list[float]) -> CaseRow:
     kind = ("integer", "truncated", "table-1")
     share = share_of("stable_draws", [i < stable * 100 for i in range(100)])
     runs = share_of("stable_runs", [True] * len(best))
-    figures: dict[str, Any] = {**share, **runs, **summary("best_index", best)}
+    bounded = {name.replace("stable", "bounded"): each for name, each in {**share, **runs}.items()}
+    figures: dict[str, Any] = {**bounded, **share, **runs, **summary("best_index", best)}
     return CaseRow(
         Names(*kind, plant, "none"),
         len(best),
@@ -70,10 +75,24 @@ def test_cells_have_intervals_or_the_range() -> None:
     few = made_row("chain", 0.15, [2e-4, 3e-4, 7e-4])
     result = PidQuestionResult([many, few], [], "circle")
     cells = [tables(result)[0].cells([row]) for row in (many, few)]
-    assert cells[0][3:6] == ["5 [2, 11]", "100 [72, 100]", "0.6 [0.2, 0.9]"]
-    assert cells[1][5] == "3 (2 to 7)"
+    assert cells[0][:3] == ["PID by (2)", "Table 1", "5 [2, 11]"]
+    assert cells[0][3:] == ["5 [2, 11]", *["100 [72, 100]"] * 2, "0.6 [0.2, 0.9]"]
+    assert cells[1][-1] == "3 (2 to 7)"
     # the same draws on both plants: no more is known of a tenth than of 10 of 100
     assert " 10 [6, 17] of draws  100 [72, 100] of runs" in verdict(result)
+
+
+def test_bounded_is_not_yet_stable() -> None:
+    """A fractional draw that the simulation bounds, and that grows on the exact linear loop."""
+    config = PidQuestionConfig(plants=("assumed-modes",), settings=("simulink",), seeds=1)
+    (case,) = (
+        each for each in cases(config) if each.names.kind == ("fractional", "truncated", "table-1")
+    )
+    (row,) = searched(
+        replace(case, tuning=replace(case.tuning, generations=1)), [1], None, lambda: None
+    )
+    assert row.bounded_draws > row.stable_draws and row.best_index is not None
+    assert not row.best_stable
 
 
 @pytest.mark.parametrize(

@@ -143,6 +143,22 @@ def test_searches_have_the_range_of_their_seeds() -> None:
     assert own.shown == "2.0 (0.5 to 3.0)"
 
 
+def test_six_searches_have_an_interval() -> None:
+    """Paired by their seeds: what equal populations share does not blur the factor."""
+    rows = []
+    for seed, common in enumerate((1.0, 3.0, 2.0, 5.0, 4.0, 6.0), 1):
+        rows += [
+            replace(loop(name, terms, factor * common), part="retuned", seed=seed)
+            for name, terms, factor in (("tustin", 10, 1.0), ("oustaloup", 5, 2.0))
+        ]
+    result = RealisationsResult(rows)
+    (own,) = (row for row in factor_rows(result) if row.realisation == "oustaloup")
+    assert (own.factor, own.factor_low, own.factor_high) == pytest.approx((2, 2, 2))
+    assert own.shown == "2.00 [2.00, 2.00]"
+    cells = [table for table in tables(result) if table.tight][-1]
+    assert cells.rows[0].index == 3.5e0 and cells.rows[0].index_low == 1.0
+
+
 def test_nothing_is_relative_to_a_loop_that_fails() -> None:
     rows = [loop("tustin", 10, np.inf), loop("oustaloup", 5, 1.0)]
     assert relative_index(rows, ("oustaloup", 5)) == np.inf
