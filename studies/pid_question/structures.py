@@ -57,8 +57,8 @@ class StructuresConfig(ThreadOptions, SeedOptions, StudyOptions):
     quick: bool = False
     """The first ground only, two seeds of 96 individuals at most, six repeats."""
     grounds: tuple[str, ...] = tuple(GROUNDS)
-    """Some of ideal, friction, delay (three modes, as formerly) and bench (five modes, simulink,
-    the worst of ideal, delayed and bench hardware; what grows on the exact loop is rejected)."""
+    """Some of ideal, friction, delay (three modes) and bench (five modes, simulink, the worst of
+    ideal, delayed and bench hardware). What grows on the exact linear loop is rejected."""
     trajectory: str = "circle"
     """line, two-loop or circle."""
     seeds: int = 6

@@ -28,7 +28,7 @@ from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*.xml"))
-FEW, MANY = 100, 1000
+FEW, MANY = 60, 1000
 SAME = 1e-6  # of the motion: how far a plant may be off MuJoCo's own
 ROUNDING = 1e-14  # [rad, m] of sums of angles and lengths near 1
 STEPS_MOST = 20_000  # of a file's own that are compared: shorter ones compare a shorter motion

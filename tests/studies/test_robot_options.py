@@ -40,7 +40,7 @@ def test_a_tuning_keeps_its_robot_and_resumes_with_it(
     "words",
     [
         ["compare", "--quick", "--out", "run"],
-        ["stability", "--quick", "--out", "run"],
+        ["stability", "--quick", "--map-points", "0", "--zero-draws", "0", "--out", "run"],
         ["modes"],
         ["crosscheck"],
     ],
