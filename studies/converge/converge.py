@@ -21,7 +21,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from rich.progress import Progress
@@ -76,8 +76,9 @@ class ConvergeConfig(ThreadOptions, SeedOptions, StudyOptions):
     perturbations: int = 80
     """Runs behind each median, the gains' fourth digits perturbed, the same on every rung."""
     setting: SettingName = DEFAULT_SETTING
-    defaults_only: bool = False
-    """The default models only, and the exact beam's, at their own steps: for many runs."""
+    part: Literal["all", "sizes", "defaults"] = "all"
+    """All ladders; those of sizes at the models' own steps; or only the default models, and the
+    exact beam's, for many runs."""
     rounds: int = 5
     """How often each rung is timed, in turn; the least time counts."""
 
@@ -264,7 +265,7 @@ def run(config: ConvergeConfig, progress: Progress | None = None) -> Convergence
     robot, chosen = usual(config), setting(config.setting, config.built)
     tasks = [Task(*each) for each in (CASES[:1] if config.quick else CASES)]
     advance = ticker(progress, "converge", len(tasks) + 1)
-    rungs, exact = ladders(robot, chosen, config.quick, config.defaults_only)
+    rungs, exact = ladders(robot, chosen, config.quick, config.part)
     plants = {key: plant_at(robot, chosen, key) for key in dict.fromkeys(r.key for r in rungs)}
     rows: list[CaseRow] = []
     for task in tasks:

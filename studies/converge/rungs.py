@@ -71,12 +71,15 @@ def plant_at(robot: Robot, chosen: Setting, key: Key) -> Plant:
 
 
 def ladders(
-    robot: Robot, chosen: Setting, quick: bool = False, defaults_only: bool = False
+    robot: Robot, chosen: Setting, quick: bool = False, part: str = "all"
 ) -> tuple[list[Rung], Key]:
     """Return all rungs, each ladder from coarse to fine, and what stands for the exact beam.
 
     A model's own step is 1 ms, halved until its integrator can take it; no ladder has a longer
     one. The exact beam is a rung of its own ladder of steps.
+
+    Args:
+        part: 'all'; 'sizes', at their own steps; 'defaults', with the exact beam.
     """
     modes, segments = (QUICK_MODES, QUICK_SEGMENTS) if quick else (MODE_RUNGS, SEGMENT_RUNGS)
     beam, chain = f"assumed-modes:{MODES}", f"closed-chain:{SEGMENTS}"
@@ -100,8 +103,9 @@ def ladders(
             Rung(ladder, name, step, (name, steps[-1]), name in usual and step == own[name])
             for step in steps
         ]
-    if defaults_only:
-        sizes = (MODES_OWN, SEGMENTS_OWN)
-        found = [each for each in found if each.default and each.ladder in sizes]
-        found.insert(1, Rung(MODES_OWN, *exact, exact))
+    if part != "all":
+        found = [each for each in found if each.ladder in (MODES_OWN, SEGMENTS_OWN)]
+        found = [each for each in found if part == "sizes" or each.default]
+        last = sum(each.ladder == MODES_OWN for each in found)
+        found.insert(last, Rung(MODES_OWN, *exact, exact))
     return found, exact

@@ -222,13 +222,16 @@ def test_rungs_go_from_coarse_to_fine() -> None:
 
 
 def test_defaults_only_are_held_against_the_exact_beam() -> None:
-    rungs, exact = ladders(Robot(), setting("simulink"), defaults_only=True)
+    rungs, exact = ladders(Robot(), setting("simulink"), part="defaults")
     assert [(each.key, each.default) for each in rungs] == [
         ((f"assumed-modes:{MODES}", 1e-3), True),
         (exact, False),
         ((f"closed-chain:{SEGMENTS}", 1e-3), True),
     ]
     assert {each.against for each in rungs} == {exact}
+    sizes, _ = ladders(Robot(), setting("simulink"), part="sizes")
+    assert {each.ladder for each in sizes} == {"Modes", "Segments"}
+    assert sizes[7].key == exact and sizes[8].ladder == "Segments" and len(sizes) == 14
     found = [rung(3, OPEN, True), replace(rung(12, WITHIN), against="assumed-modes:12 at 1 ms")]
     said = verdict(Convergence([], found, [judging.ladder_row(found)], (), "", 40))
     assert said == "Modes: the default, 3 at 1 ms, is not resolved (line: envelope)."
