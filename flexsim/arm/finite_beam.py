@@ -25,6 +25,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.dense import product, solve
 from flexsim.numerics.eigen import natural_modes
+from flexsim.numerics.elementary import cubed
 from flexsim.numerics.types import Array
 
 ELEMENTS = 48  # of the whole beam, unless told otherwise: 5e-7 in the third frequency, 1e-8 in ...
@@ -126,11 +127,12 @@ class FiniteBeam:
         e = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
         h = np.diff(self.nodes)[e]
         u = (s - self.nodes[e]) / h
+        square, cube = u * u, cubed(u)
         cubic = (
-            1 - 3 * u**2 + 2 * u**3,
-            h * (u - 2 * u**2 + u**3),
-            3 * u**2 - 2 * u**3,
-            h * (u**3 - u**2),
+            1 - 3 * square + 2 * cube,
+            h * (u - 2 * square + cube),
+            3 * square - 2 * cube,
+            h * (cube - square),
         )
         V = np.vstack([np.zeros((2, n)), self.modes[:, :n]])  # with the clamp
         return np.asarray(sum(c[..., None] * V[2 * e + i] for i, c in enumerate(cubic)))

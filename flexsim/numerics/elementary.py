@@ -50,6 +50,16 @@ def arctan2(y: ArrayLike, x: ArrayLike) -> Array:
     return _mapped(ARCTAN2, *np.broadcast_arrays(y, x))
 
 
+def cbrt(x: ArrayLike) -> Array:
+    """Return the real cube root."""
+    return np.vectorize(math.cbrt, otypes=[float])(x)[()]
+
+
+def cubed(x: Array) -> Array:
+    """Return x^3, as products: numpy's power has other last bits on other processors."""
+    return x * x * x
+
+
 def _mapped(function: int, x: ArrayLike, second: ArrayLike = 0.0) -> Array:
     """Return a function of every element, in the arguments' shape; a number of numbers."""
     first = np.asarray(x, dtype=float)

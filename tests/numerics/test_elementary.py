@@ -8,7 +8,7 @@ from flexsim.numerics import elementary
 ULP = 5e-16  # relative: two units in the last place
 
 
-@pytest.mark.parametrize("name", ["sin", "cos", "tanh", "exp", "log"])
+@pytest.mark.parametrize("name", ["sin", "cos", "tanh", "exp", "log", "cbrt"])
 def test_functions_of_one_argument(name: str) -> None:
     x = np.linspace(0.1, 3.0, 24).reshape(2, 3, 4)
     found = getattr(elementary, name)(x)
@@ -23,3 +23,8 @@ def test_arctan2_knows_the_quadrant_and_broadcasts() -> None:
     found = elementary.arctan2(y, x)
     np.testing.assert_allclose(found, np.arctan2(*np.broadcast_arrays(y, x)), rtol=ULP)
     assert found.shape == (3, 2)
+
+
+def test_a_cube_is_a_product() -> None:
+    x = np.linspace(-1.0, 3.0, 1001)
+    assert elementary.cubed(x).tolist() == [float(each) * float(each) * float(each) for each in x]

@@ -27,6 +27,7 @@ from flexsim.mjcf.beams.stiffness import Bending, bending_of
 from flexsim.mjcf.bodies import parts
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.rod_file import RodModel
+from flexsim.numerics.elementary import cubed
 from flexsim.numerics.types import Array
 
 WRITTEN = ("L", "EI", "rho", "r", "zeta", "payload", "payload_inertia")  # beam_... in `<custom>`
@@ -161,7 +162,7 @@ def _equivalent(bending: Bending, L: float) -> float:
     """Return the EI of the uniform beam that deflects as far under a force at the tip [N m2]."""
     if bending.uniform:
         return float(bending.EI.mean())
-    cubes = (L - bending.ends) ** 3
+    cubes = cubed(L - bending.ends)
     return L**3 / float(np.sum((cubes[:-1] - cubes[1:]) / bending.EI))
 
 

@@ -20,6 +20,7 @@ from flexsim.arm.chain_design import SEGMENTS_LEAST, SEGMENTS_MOST
 from flexsim.arm.chain_fit import fitted_chain
 from flexsim.mjcf.beams.masses import alike
 from flexsim.mjcf.chain_file import ChainModel
+from flexsim.numerics.elementary import cbrt, cubed
 from flexsim.numerics.types import Array
 
 SAME_PLACE = 1e-7  # of the length: hinges nearer to the design's are those; files have 12 digits
@@ -58,14 +59,14 @@ def bending_of(chain: ChainModel, lengths: Sequence[float]) -> Bending:
         for design, a, k in _designs(len(place)):
             if np.abs(place - length * a).max() <= SAME_PLACE * length:
                 share = np.cumsum((1 - a) ** 2 / k)
-                ends = np.append(0.0, length * (1 - np.cbrt(1 - share / share[-1])))
+                ends = np.append(0.0, length * (1 - cbrt(1 - share / share[-1])))
                 ends[-1] = L
                 return Bending(ends, stiffness * length / k, eta, design)
     middles = (place[:-1] + place[1:]) / 2
     ends = np.concatenate([[0.0], middles, [L]])
     EI = stiffness * np.diff(ends)
     lever = L - place  # so that a force at the tip deflects as far
-    own = np.sum(((L - ends[:-1]) ** 3 - (L - ends[1:]) ** 3) / (3 * EI))
+    own = np.sum((cubed(L - ends[:-1]) - cubed(L - ends[1:])) / (3 * EI))
     return Bending(ends, EI * own / np.sum(lever**2 / stiffness), eta, "")
 
 

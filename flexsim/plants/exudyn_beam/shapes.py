@@ -10,6 +10,7 @@ import numpy as np
 from flexsim.arm.beam import load_of, mode_shapes
 from flexsim.arm.parameters import Parameters
 from flexsim.numerics.dense import product
+from flexsim.numerics.elementary import cubed
 from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.exudyn_beam.frames import FIRST, OF_NODE
@@ -30,12 +31,12 @@ def hermite(elements: int, length: float, points: Array, derivative: int) -> Arr
     u = points / h - k
     one, zero = np.ones_like(u), np.zeros_like(u)
     start, rise = (
-        (1 - 3 * u**2 + 2 * u**3, u - 2 * u**2 + u**3),
+        (1 - 3 * u**2 + 2 * cubed(u), u - 2 * u**2 + cubed(u)),
         (6 * u**2 - 6 * u, 1 - 4 * u + 3 * u**2),
         (12 * u - 6, 6 * u - 4),
     )[derivative]
     end = ((one, zero, zero)[derivative]) - start
-    fall = (u**3 - u**2, 3 * u**2 - 2 * u, 6 * u - 2)[derivative]
+    fall = (cubed(u) - u**2, 3 * u**2 - 2 * u, 6 * u - 2)[derivative]
     matrix = np.zeros((len(points), 2 * (elements + 1)))
     rows = np.arange(len(points))
     for column, values in enumerate((start, h * rise, end, h * fall)):
