@@ -315,6 +315,21 @@ def test_bad_input_is_one_line(
     assert not out.exists()
 
 
-def stored() -> dict[str, dict[str, str]]:
-    with (STORED / "ladders.csv").open(newline="", encoding="utf-8") as file:
+def stored(name: str) -> dict[str, dict[str, str]]:
+    with (STORED / name).open(newline="", encoding="utf-8") as file:
         return {row["ladder"]: row for row in csv.DictReader(file)}
+
+
+def test_defaults_are_those_of_the_stored_verdicts() -> None:
+    """Modes and steps are the cheapest within; the chain's size is kept for what the README says."""
+    sizes, every = stored("sizes.csv"), stored("ladders.csv")
+    modes, chain = f"assumed-modes:{MODES} at 1 ms", f"closed-chain:{SEGMENTS} at 1 ms"
+    own = [Robot().plant(name, setting("simulink")).step for name in ("assumed-modes", "chain")]
+    assert own == [1e-3, 1e-3]
+    assert sizes["Modes"]["default"] == sizes["Modes"]["cheapest"] == modes
+    assert sizes["Modes"]["confirmed"] == "True"
+    assert sizes["Segments"]["default"] == chain
+    for name, usual in ((f"Steps, n = {MODES}", modes), (f"Steps, N = {SEGMENTS}", chain)):
+        assert every[name]["default"] == every[name]["cheapest"] == usual
+        assert every[name]["confirmed"] == "True"
+    assert "The chain of six is within in eleven of twelve" in (STORED / "README.md").read_text()
