@@ -111,7 +111,7 @@ def _true_tip_columns(plants: Sequence[str]) -> tuple[Column, ...]:
         )
         for name in plants
     )
-    hidden = Column("dead_zone_error", "dead zone", form=lambda _: "", once=True)
+    hidden = Column("dead_zone_error", "hides", form=lambda _: "", once=True)
     return (Column("reference", "reference", form="", once=True), *chain(*each), hidden)
 
 
@@ -148,7 +148,7 @@ def _true_tip(rows: Sequence[CompareRow]) -> Table:
     return Table(
         found,
         _true_tip_columns(list(dict.fromkeys(row.plant for row in found))),
-        "References for the true tip: envelope [mm], its share of the first; dead zone [mm]",
+        "References for the true tip: envelope, share of the first; what the dead zone hides [mm]",
         line=("trajectory", "setting", "reference"),
         section=TRUE_TIP_SECTION,
         tight=True,

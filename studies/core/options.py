@@ -83,6 +83,11 @@ class RobotOptions(OwnRobotOptions):
         own = {"robot": self.robot, "modal_damping": self.modal_damping}
         return {"mjcf": mjcf, "beam": self.beam} | own | vars(self.names)
 
+    @property
+    def has_exact_loop(self) -> bool:
+        """Whether the robot's beam is a uniform one, of which there is an exact linear loop."""
+        return self.mjcf is None and not self.modal_damping
+
     def robot_of(self) -> Robot:
         """Return the robot.
 

@@ -31,7 +31,8 @@ from studies.core.study_options import LoopOptions, Out, Population
 from studies.pid_question import report
 from studies.tuning.distributions import NAMES, Distribution
 from studies.tuning.genetic import INITIAL, Evaluate, Generation, Search, generation_rng
-from studies.tuning.problem import Problem, distribution_for, has_exact, problem_of, tune
+from studies.tuning.problem import Problem, distribution_for, problem_of, tune
+from studies.tuning.scenarios import has_exact
 from studies.tuning.tuning import SEED_MOST, Tuning
 
 DESIGNS = {  # (order, realisation): controller and realisation of `Tuning`

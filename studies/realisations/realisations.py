@@ -121,7 +121,7 @@ def tuned_anew(
         population=population,
         generations=generations,
         seed=seed,
-        exact=config.mjcf is None and not config.modal_damping,
+        exact=config.has_exact_loop,
         modes=config.modes,
         **config.for_tuning,
     )

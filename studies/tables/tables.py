@@ -34,7 +34,8 @@ from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import Filters
-from studies.tuning.problem import distribution_for, problem_of, scenarios_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
+from studies.tuning.scenarios import scenarios_of
 from studies.tuning.tuning import BOTH, Tuning
 
 FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
@@ -129,7 +130,7 @@ def tunings(config: TablesConfig) -> list[Tuning]:
             population=config.population,
             generations=config.generations if plant == PLANTS[0] else config.chain_generations,
             seed=config.seed,
-            exact=config.exact and config.mjcf is None and not config.modal_damping,
+            exact=config.exact and config.has_exact_loop,
             modes=config.modes,
             segments=config.segments,
             **config.for_tuning,

@@ -11,25 +11,21 @@ No folders, no terminal: any study can call this as often as it likes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.linear.exact_loop import NO_FRICTION, exact_growth, exact_loops
+from flexsim.linear.exact_loop import exact_growth
 from flexsim.linear.growth import quantised
-from flexsim.linear.loop_poles import SampledPlant, small_signal
+from flexsim.linear.loop_poles import SampledPlant
 from flexsim.loop.control.stacking import stack
-from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
 from flexsim.loop.measuring import VARIATION, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of, measure
-from flexsim.loop.settings import V_GAIN, Setting, setting
+from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
-from flexsim.mjcf.reading.names import Names
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import in_closed_form
@@ -44,10 +40,10 @@ from studies.tuning.genetic import (
     Search,
 )
 from studies.tuning.individuals import ControllerDesign, Filters, moderate
+from studies.tuning.scenarios import exact_of, robot_of, scenarios_of
 from studies.tuning.tuning import TUNERS, Tuning
 
 UNBUILT = 0.0  # [s] divergence time of parameters that no filter can be built from
-PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,120 +185,6 @@ class Problem:
                 else:
                     left_over[i] = max(left_over[i], found["residual_v"])
         scores.indices[:] += self.residual * left_over
-
-
-class Perturbation(NamedTuple):
-    """Factors of EI, rho and friction, and the payload at the tip [kg]."""
-
-    stiffness: float
-    density: float
-    friction: float
-    payload: float
-
-
-def perturbations(tuning: Tuning) -> list[Perturbation]:
-    """Return what perturbed robots differ by, even between the bounds that a tuning gives.
-
-    One factor for all of Table 4's friction: dead zones, Coulomb friction and slopes.
-    """
-    rng = np.random.default_rng(np.random.SeedSequence(tuning.seed, spawn_key=PERTURBATION_STREAM))
-    spread, most = tuning.perturb_spread, tuning.perturb_payload
-    found = []
-    for _ in range(tuning.perturb):
-        stiffness, density, friction = (float(x) for x in 1 + rng.uniform(-spread, spread, 3))
-        found.append(Perturbation(stiffness, density, friction, float(rng.uniform(0, most))))
-    return found
-
-
-def _scaled(friction: Friction, factor: float) -> Friction:
-    """Return friction with its dead zones, Coulomb friction and slopes times a factor."""
-    (low_1, high_1), (low_2, high_2) = friction.dead_zone
-    return replace(
-        friction,
-        dead_zone=((factor * low_1, factor * high_1), (factor * low_2, factor * high_2)),
-        tau_0=(factor * friction.tau_0[0], factor * friction.tau_0[1]),
-        mu=(factor * friction.mu[0], factor * friction.mu[1]),
-    )
-
-
-def scenarios_of(tuning: Tuning, robot: Robot) -> tuple[tuple[Plant, Setting], ...]:
-    """Return the plants that a tuning asks for, the nominal robot's first, with their settings.
-
-    Raises:
-        ParameterError, ModelError: modes or segments out of range, or a robot without such a plant.
-    """
-    nominal = setting(tuning.setting)
-    robots = [(each, nominal) for each in loaded(tuning, robot)]
-    for each in perturbations(tuning):
-        other = robot.changed(each.stiffness, each.density, each.payload)
-        robots.append((other, replace(nominal, friction=_scaled(nominal.friction, each.friction))))
-    return tuple(
-        (plant, replace(its, hardware=hardware))
-        for each, its in robots
-        for plant in (
-            each.plant(name, its, tuning.modes, tuning.segments) for name in tuning.plants
-        )
-        for hardware in tuning.built
-    )
-
-
-def loaded(tuning: Tuning, robot: Robot) -> list[Robot]:
-    """Return the robot with each of the tuning's payloads."""
-    return [robot.changed(1.0, 1.0, each) if each else robot for each in tuning.payloads]
-
-
-def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
-    """Return the exact linear loops in which a tuning's individuals may not grow; none unasked.
-
-    With every payload and hardware, at `EXACT_POSES`, without friction and with its slopes; and
-    with the beam's EI less and more, and with another payload, if so asked.
-
-    Raises:
-        ParameterError: a robot whose beam is not that of the equations.
-    """
-    if not tuning.exact:
-        return ()
-    if robot.given is not None or robot.modal_damping:
-        what = "--mjcf" if robot.given is not None else "--modal-damping"
-        raise ParameterError(
-            f"--exact and {what} contradict each other: the exact linear loop has a uniform beam "
-            "with --robot.zeta; leave one out"
-        )
-    own = setting(tuning.setting)
-    gain, _ = small_signal(own.friction)
-    spread, more = tuning.exact_spread, tuning.exact_payload
-    robots = loaded(tuning, robot)
-    robots += [robot.changed(1 + each, 1.0, 0.0) for each in (-spread, spread) if each]
-    robots += [robot.changed(1.0, 1.0, more)] if more else []
-    linear = dict.fromkeys(Hardware(delay=each.delay, lag=each.lag) for each in tuning.built)
-    return tuple(
-        loop
-        for each in robots
-        for hardware in linear
-        for loop in exact_loops(
-            own.applied(each.parameters),
-            torque_gains=tuple(dict.fromkeys((NO_FRICTION, gain))),
-            period=tuning.period,
-            hardware=hardware,
-            v_gain=tuning.v_gain,
-        )
-    )
-
-
-def has_exact(tuning: Tuning) -> bool:
-    """Return whether there is an exact linear loop of a tuning's robot: a uniform beam's."""
-    return tuning.mjcf is None and not tuning.modal_damping
-
-
-def robot_of(tuning: Tuning) -> Robot:
-    """Return the robot that a tuning names.
-
-    Raises:
-        ParameterError, ModelError: its file cannot be used.
-    """
-    names = Names(**{item.name: getattr(tuning, item.name) for item in fields(Names)})
-    own = tuning.robot if tuning.mjcf is None or tuning.robot != Parameters() else None
-    return Robot.of(tuning.mjcf, tuning.beam, own, names=names, modal_damping=tuning.modal_damping)
 
 
 def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None = None) -> Problem:

@@ -34,16 +34,9 @@ from studies.tuning import report as tune_report
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import TEXTBOOK
 from studies.tuning.live import live
-from studies.tuning.problem import (
-    Perturbation,
-    Problem,
-    distribution_for,
-    perturbations,
-    problem_of,
-    robot_of,
-    tune,
-)
+from studies.tuning.problem import Problem, distribution_for, problem_of, tune
 from studies.tuning.record import Record
+from studies.tuning.scenarios import Perturbation, perturbations, robot_of
 from studies.tuning.screened_draws import Screened, screened
 from studies.tuning.tuning import Tuning
 

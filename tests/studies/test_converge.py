@@ -321,7 +321,7 @@ def stored(name: str) -> dict[str, dict[str, str]]:
 
 
 def test_defaults_are_those_of_the_stored_verdicts() -> None:
-    """Modes and steps are the cheapest within; the chain's size is kept for what the README says."""
+    """Modes and steps are the cheapest within; the chain's size is as the README says."""
     sizes, every = stored("sizes.csv"), stored("ladders.csv")
     modes, chain = f"assumed-modes:{MODES} at 1 ms", f"closed-chain:{SEGMENTS} at 1 ms"
     own = [Robot().plant(name, setting("simulink")).step for name in ("assumed-modes", "chain")]

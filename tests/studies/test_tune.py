@@ -23,8 +23,9 @@ from studies.main import main
 from studies.tuning import tune as tune_module
 from studies.tuning.distributions import LOG_UNIFORM, NAMES, TABLE_1
 from studies.tuning.individuals import SI_NAMES, ControllerDesign, in_si
-from studies.tuning.problem import distribution_for, perturbations, problem_of, tune
+from studies.tuning.problem import distribution_for, problem_of, tune
 from studies.tuning.record import locked
+from studies.tuning.scenarios import perturbations
 from studies.tuning.tuning import Tuning
 
 ROUNDING = 1e-14  # relative to the largest tap: two orders of summation of eleven terms
