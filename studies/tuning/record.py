@@ -67,6 +67,7 @@ DECIDES = (  # sources that a result depends on
             "individuals",
             "peers",
             "problem",
+            "scenarios",
             "screened_draws",
             "tuning",
         )
