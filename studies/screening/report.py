@@ -131,6 +131,7 @@ def tables(result: ScreeningResult) -> list[Table]:
             note=note if math.isfinite(result.target) else "",
             key="rows",
             file="results.csv",
+            tight=True,
         ),
         Table(result.curves, file="convergence.csv"),
     ]
