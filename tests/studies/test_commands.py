@@ -114,6 +114,7 @@ def test_drive_under_friction_sticks(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert printed([*words, "--force", "--json"], capsys)["max_v"] > 0.0
 
 
+@pytest.mark.slow
 def test_benchmark_names_its_loops(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
