@@ -112,7 +112,7 @@ def case_figure(case: Case) -> Figure:
     _draw_path(axes["path"], case)
     title = (
         f"trajectory: {case.trajectory}   ·   controllers: {case.controllers}   ·   "
-        f"setting: {case.setting}"
+        f"setting: {case.setting}\nhardware: {case.hardware}"
     )
     return finish(figure, [axes["path"], axes["x"], axes["y"], axes["v"]], legend=5, title=title)
 
@@ -151,7 +151,9 @@ def summary_figure(rows: Sequence[CompareRow]) -> Figure:
     """
     if not rows:
         raise ParameterError("there is nothing to summarise; give the rows of one case or more")
-    lines = {row: f"{row.trajectory}\n{row.controllers} · {row.setting}" for row in rows}
+    lines = {
+        row: f"{row.trajectory}\n{row.controllers} · {row.setting} · {row.hardware}" for row in rows
+    }
     names = list(dict.fromkeys(lines.values()))
     plants = list(dict.fromkeys(row.plant for row in rows))
     offsets = dict(zip(plants, np.linspace(0.16, -0.16, len(plants)), strict=True))
