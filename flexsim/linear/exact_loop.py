@@ -68,26 +68,31 @@ def exact_loops(
     hardware: Hardware = IDEAL,
     modes: int = EXACT_MODES,
     v_gain: float = V_GAIN,
+    joint_dampings: Sequence[tuple[float, float]] = (),
 ) -> tuple[SampledPlant, ...]:
-    """Return the exact plants of every pose, delay and torque gain, computed once.
+    """Return the exact plants of every pose, delay and slope of friction, computed once.
 
     Args:
         parameters: the robot, with damping and payload. poses: theta2 [rad].
         delays: whole samples beside the hardware's own. torque_gains: pairs [-].
         hardware: of which delay and lag count. v_gain: factor of atan(v/(r+L)), -1 in the paper.
+        joint_dampings: viscous friction beside each of the torque gains [N m s/rad], none unless
+            given.
 
     Raises:
         ParameterError: a number out of range.
     """
+    slopes = zip(torque_gains, joint_dampings or [(0.0, 0.0)] * len(torque_gains), strict=True)
     options = [
         LoopOptions(
             period,
             v_gain,
             torque_gain=gain,
+            joint_damping=damping,
             hardware=replace(hardware, delay=hardware.delay + delay),
         )
+        for gain, damping in slopes
         for delay in delays
-        for gain in torque_gains
     ]
     at = [float(pose) for pose in poses]
     return tuple(exact_sampled(parameters, pose, each, modes) for each in options for pose in at)

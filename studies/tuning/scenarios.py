@@ -105,7 +105,8 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
             "with --robot.zeta; leave one out"
         )
     own = setting(tuning.setting)
-    gain, _ = small_signal(own.friction)
+    slopes = dict.fromkeys(((NO_FRICTION, (0.0, 0.0)), small_signal(own.friction)))
+    gains, dampings = zip(*slopes, strict=True)
     spread, more = tuning.exact_spread, tuning.exact_payload
     robots = loaded(tuning, robot)
     robots += [robot.changed(1 + each, 1.0, 0.0) for each in (-spread, spread) if each]
@@ -117,7 +118,8 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
         for hardware in linear
         for loop in exact_loops(
             own.applied(each.parameters),
-            torque_gains=tuple(dict.fromkeys((NO_FRICTION, gain))),
+            torque_gains=gains,
+            joint_dampings=dampings,
             period=tuning.period,
             hardware=hardware,
             v_gain=tuning.v_gain,

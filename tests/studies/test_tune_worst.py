@@ -83,6 +83,14 @@ def test_every_payload_and_slope_of_friction_has_its_exact_loops():
     assert len(more) == (2 + 2 + 1) * 2 * 3
 
 
+def test_viscous_friction_opposing_the_joints_counts():
+    """Under 'opposing' the torque passes and the joints are damped, which can make a loop grow."""
+    loops = problem_of(Tuning(exact=True, setting="opposing")).exact
+    mu = setting("opposing").friction.mu
+    assert {loop.options.joint_damping for loop in loops} == {(0.0, 0.0), mu}
+    assert {loop.options.torque_gain for loop in loops} == {(1.0, 1.0)} and len(loops) == 2 * 3
+
+
 def test_a_stiffer_beam_can_be_what_grows():
     edge = HELD.copy()
     edge[5] *= 1.5  # of joint 2's gain: near its margin
