@@ -125,7 +125,8 @@ def _winner(
     assert nominal is not None  # it was simulated
     repeats = [pair for pair in built if pair is not None]
     v_gain, path = tuning.v_gain, trajectory(tuning.trajectory)
-    held = holdings(plants, its, path, nominal, tuning.period, robot, HOLD, v_gain)
+    again = [repeats] * len(plants)
+    held = holdings(plants, its, path, nominal, tuning.period, robot, HOLD, v_gain, again)
     figures: dict[str, list[dict[str, Any]]] = {}
     ratios: dict[str, float | None] = {}
     for plant in plants:
