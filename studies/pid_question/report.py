@@ -115,7 +115,7 @@ class PidQuestionResult:
 
 def _percent(share: float, low: float, high: float) -> str:
     """Return a share and its interval in per cent."""
-    return with_interval(share, low, high, scale=100, most=1)
+    return with_interval(share, low, high, scale=100, most=0)
 
 
 def _share(name: str, heading: str) -> Column:
@@ -149,7 +149,6 @@ COLUMNS = (
     Column("range", form=lambda row: SPOKEN[row.names.range]),
     _share("bounded_draws", "bounded\n% draws"),
     _share("stable_draws", "stable\n% draws"),
-    _share("bounded_runs", "bounded\n% runs"),
     _share("stable_runs", "stable\n% runs"),
     Column("best_index", "best,\nmedian", form=_best),
 )
@@ -160,9 +159,9 @@ SECTION = (
 )
 NOTE = """\
 bounded: in the simulation; stable: nor does it grow on the exact linear loop.
-Runs: of the best of a search. Shares with Wilson's 95 % intervals, medians of
-the searches that found any with those by order statistics, or the range (of
-fewer than six)."""
+Runs: of the best of a search, all bounded where there are any. Shares with
+Wilson's 95 % intervals; best index: medians of the searches that found any with
+those by order statistics, or the range (of fewer than six)."""
 
 
 def tables(result: PidQuestionResult) -> list[Table]:
