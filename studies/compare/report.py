@@ -32,9 +32,7 @@ MEDIANS = (
     "supports; intervals and quartiles of all in results.csv."
 )
 ERRORS = "Runs; the paper's envelopes; errors and v [mm]"
-TORQUES = (
-    "Commanded torques, joints 1 and 2: rms, total variation [N m]; growth of v in the hold [1/s]"
-)
+TORQUES = "Commanded torques: rms, total variation [N m]; growth of v in the hold [1/s]"
 
 
 def _mm(length: float | None, digits: int = 1) -> str:
@@ -138,7 +136,7 @@ def tables(result: Comparison) -> list[Table]:
         shown.append(Table(mine, _columns(names), title, note, line=line, tight=True))
         shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", line=line))
         if group == OURS:
-            shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line))
+            shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line, tight=True))
     return [*shown, holding_table(result.holding), _true_tip(result.rows)]
 
 

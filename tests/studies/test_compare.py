@@ -172,11 +172,11 @@ def test_tables_have_every_row(comparison: Comparison) -> None:
     for line, pair in zip(torques.lines(), pairs(torques.rows), strict=True):
         case, first, _, *variations, growth = torques.cells(line)
         assert case == ours.cells(line)[0]
-        assert first == " | ".join(f"{row.found.rms_torque_1:.1f}" for row in pair)
+        assert first == "|".join(f"{row.found.rms_torque_1:.1f}" for row in pair)
         for joint, variation in enumerate(variations, 1):
             sums = [getattr(row.found, f"variation_{joint}") for row in pair]
-            assert variation == " | ".join(f"{each:.1f}" for each in sums)
-        assert growth == " | ".join(f"{row.found.growth:+.1f}" for row in pair)
+            assert variation == "|".join(f"{each:.1f}" for each in sums)
+        assert growth == "|".join(f"{row.found.growth:+.1f}" for row in pair)
 
 
 def test_envelopes_are_shown_with_their_intervals() -> None:
