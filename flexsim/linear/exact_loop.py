@@ -31,7 +31,10 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 EXACT_MODES = 12
 EXACT_POSES = (0.8, 1.5, 2.2)  # [rad] theta2, over what our trajectories go through
 CONVERGED = 2e-4  # change of growth with 20 modes, of 1 1/s and of itself
-NO_FRICTION = (1.0, 1.0)  # torque gain
+Slope = tuple[
+    tuple[float, float], tuple[float, float]
+]  # torque gains [-], joint damping [N m s/rad]
+NO_FRICTION: Slope = ((1.0, 1.0), (0.0, 0.0))
 
 
 @lru_cache(maxsize=16)
@@ -63,26 +66,22 @@ def exact_loops(
     parameters: Parameters,
     poses: Iterable[float] = EXACT_POSES,
     delays: Iterable[int] = (0,),
-    torque_gains: Sequence[tuple[float, float]] = (NO_FRICTION,),
+    slopes: Sequence[Slope] = (NO_FRICTION,),
     period: float = PERIOD,
     hardware: Hardware = IDEAL,
     modes: int = EXACT_MODES,
     v_gain: float = V_GAIN,
-    joint_dampings: Sequence[tuple[float, float]] = (),
 ) -> tuple[SampledPlant, ...]:
     """Return the exact plants of every pose, delay and slope of friction, computed once.
 
     Args:
         parameters: the robot, with damping and payload. poses: theta2 [rad].
-        delays: whole samples beside the hardware's own. torque_gains: pairs [-].
+        delays: whole samples beside the hardware's own. slopes: of friction, see `small_signal`.
         hardware: of which delay and lag count. v_gain: factor of atan(v/(r+L)), -1 in the paper.
-        joint_dampings: viscous friction beside each of the torque gains [N m s/rad], none unless
-            given.
 
     Raises:
         ParameterError: a number out of range.
     """
-    slopes = zip(torque_gains, joint_dampings or [(0.0, 0.0)] * len(torque_gains), strict=True)
     options = [
         LoopOptions(
             period,
@@ -91,8 +90,8 @@ def exact_loops(
             joint_damping=damping,
             hardware=replace(hardware, delay=hardware.delay + delay),
         )
-        for gain, damping in slopes
         for delay in delays
+        for gain, damping in slopes
     ]
     at = [float(pose) for pose in poses]
     return tuple(exact_sampled(parameters, pose, each, modes) for each in options for pose in at)

@@ -140,7 +140,7 @@ def robot_of_bodies(
             I_m2=float(model.dof_armature[1]),
             r_1=gears[0],
             r_2=gears[1],
-            zeta=eta * FIRST_ROOT**2 / L**2 * math.sqrt(EI / rho) / 2,
+            zeta=eta * FIRST_ROOT**2 / L**2 * math.sqrt(max(EI, 0.0) / rho) / 2,  # EI is refused
             payload=payload[0],
             payload_inertia=payload[1],
         )

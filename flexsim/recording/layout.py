@@ -24,6 +24,8 @@ GRID_SPACING = 0.1  # [m]
 EYE = np.array([0.04, -0.46, 0.86])  # of the eye from the centre, in spans of the scene
 SCENE_TITLE = "orange: assumed modes · blue: MuJoCo chain · dashed: reference · grid 0.1 m"
 CROWDED = ("torque", "joint", "modal")  # a legend would hide the curves; their titles explain
+BANDED = ("tip_error", "v")  # so it would where all runs are shown, too
+BAND_TITLE = " · dark: ends of all runs"
 
 
 def _eye(corners: NDArray[np.float64]) -> rrb.EyeControls3D:
@@ -55,11 +57,14 @@ def _scene(case: Case, corners: NDArray[np.float64]) -> rrb.Spatial3DView:
 
 def _plot(case: Case, panel: str, title: str) -> rrb.TimeSeriesView:
     """Return one plot; all of them share the time axis."""
+    banded = bool(case.bands) and panel in BANDED
     return rrb.TimeSeriesView(
         origin=f"/{case.name}/{panel}",
-        name=title,
+        name=title + BAND_TITLE * banded,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=panel not in CROWDED),
+        plot_legend=rrb.PlotLegend(
+            rrb.Corner2D.RightTop, visible=panel not in CROWDED and not banded
+        ),
     )
 
 

@@ -12,7 +12,6 @@ perturbations of the gains, and the plants are compared by these only.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -55,7 +54,7 @@ from studies.compare.tasks import (
 )
 from studies.core.carry_out import Study, ticker
 from studies.core.evidence.check_sample import NO_CHECK
-from studies.core.evidence.intervals import difference_interval, ratio_interval
+from studies.core.evidence.intervals import difference_interval, known_ends, ratio_interval
 from studies.core.evidence.repeats import counts, perturbed, summary
 from studies.core.paper import paper_envelopes
 
@@ -153,13 +152,7 @@ def against(first: Repeated, other: Repeated, seed: int) -> Against:
     if first.stage.repeats and other.stage.repeats:
         ratio = ratio_interval(other.envelopes, first.envelopes, seed)
         difference = difference_interval(other.envelopes, first.envelopes, seed)
-    return Against(mine / one, *_finite(ratio), mine - one, *_finite(difference))
-
-
-def _finite(ends: tuple[float, float] | None) -> tuple[float | None, float | None]:
-    """Return the ends of an interval, None for one that is open."""
-    low, high = ends or (math.inf, math.inf)
-    return (low if math.isfinite(low) else None), (high if math.isfinite(high) else None)
+    return Against(mine / one, *known_ends(ratio), mine - one, *known_ends(difference))
 
 
 def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:

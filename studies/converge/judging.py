@@ -152,7 +152,10 @@ def _words(each: Change) -> str:
 
 
 def ladder_row(rungs: Sequence[RungRow]) -> LadderRow:
-    """Return what a ladder says, its rungs from coarse to fine."""
+    """Return what a ladder says, its rungs from coarse to fine.
+
+    The default is confirmed if it is the cheapest within, and others were run that are not.
+    """
     default = next((i for i, rung in enumerate(rungs) if rung.default), None)
     first = next((i for i, rung in enumerate(rungs) if rung.status == WITHIN), None)
     coarser = rungs[: len(rungs) if first is None else first]
@@ -166,6 +169,6 @@ def ladder_row(rungs: Sequence[RungRow]) -> LadderRow:
         None if cheapest is None else cheapest.words,
         None if cheapest is None else cheapest.cost,
         ", ".join(unresolved),
-        first is not None and first == default and not unresolved,
+        first is not None and first == default and not unresolved and len(rungs) > 2,
         "" if mine is None else mine.why,
     )

@@ -150,7 +150,7 @@ def tunings_of(design: Design, ground: Ground, effort: Effort, seed: int) -> lis
             seed=seed,
             hardware=ground.hardware,
             hardware_torque_limit=TORQUE_LIMIT,
-            exact=True,
+            exact=not effort.more.get("mjcf") and not effort.more.get("modal_damping"),
             effort=effort.weight,
             v_gain=V_GAINS[design.v],
             **effort.more,

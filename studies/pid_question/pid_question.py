@@ -205,7 +205,7 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> report.P
         ParameterError, ModelError: an unknown name, or a number out of range.
     """
     config = config.asked()
-    result = report.PidQuestionResult([], [], config.trajectory)
+    result = report.PidQuestionResult([], [], config.trajectory, config.has_exact_loop)
     chosen = cases(config)
     for tuning in {(each.names.plant, each.names.setting): each.tuning for each in chosen}.values():
         problem_of(tuning, config.threads)  # refuses now, not after an hour, what cannot be run

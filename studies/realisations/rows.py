@@ -14,7 +14,7 @@ import numpy as np
 
 from flexsim.numerics.types import Array
 from studies.core.evidence.digits import supported, with_interval
-from studies.core.evidence.intervals import median_interval, medians_interval
+from studies.core.evidence.intervals import known_ends, median_interval, medians_interval
 from studies.realisations.response import ResponseRow
 
 RETAINED = ("tustin", 10)  # (2) with the p of section 3.2
@@ -229,8 +229,7 @@ def relative_interval(
         own, retained = np.split(np.log(medians), 2)
         return np.exp(own.mean(axis=0) - retained.mean(axis=0))
 
-    low, high = medians_interval(factor, samples, seed) or (math.inf, math.inf)
-    return (low if math.isfinite(low) else None), (high if math.isfinite(high) else None)
+    return known_ends(medians_interval(factor, samples, seed))
 
 
 def factor_rows(result: RealisationsResult) -> list[FactorRow]:

@@ -40,6 +40,8 @@ def _length(key: str, heading: str | None = None, **where: str) -> Column:
 
     def shown(row: RunRow) -> str:
         length = value(row, key)
+        if not row.runs:
+            return "-"
         if length is None:
             return "div"
         own = key == "envelope"

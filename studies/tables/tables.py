@@ -24,7 +24,7 @@ from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
 from studies.core.carry_out import Study
-from studies.core.evidence.intervals import ratio_interval
+from studies.core.evidence.intervals import known_ends, ratio_interval
 from studies.core.evidence.repeats import PERTURBATION, medians, values_of
 from studies.core.paper import CASES, PLANTS, paper_envelopes
 from studies.core.study_options import LoopOptions, Out, Perturbations, Population, SettingName
@@ -225,7 +225,7 @@ def ratios(rows: Sequence[RunRow], samples: Sequence[Sequence[float]], seed: int
             paper = paper_envelopes(shape, devised)
             known = first is not None and second is not None
             over, under = (runs[tuned_on, devised, on, shape] for on in (laboratory, simulation))
-            low, high = (ratio_interval(over, under, seed) if known else None) or (None, None)
+            low, high = known_ends(ratio_interval(over, under, seed) if known else None)
             found.append(
                 RatioRow(
                     tuned_on=tuned_on,

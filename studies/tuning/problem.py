@@ -109,8 +109,8 @@ class Problem:
         scores = Scores(np.full(count, np.inf), np.full(count, UNBUILT), np.zeros(count))
         built = self.design.filters(parameters)
         usable = [i for i, filters in enumerate(built) if filters is not None]
-        if self.exact and usable:
-            scores.growth[usable] = self._growth([pair for pair in built if pair is not None])
+        if self.exact:  # what cannot be built comes last of all
+            scores.growth[:] = self._growth(built)
             usable = [i for i in usable if scores.growth[i] == 0]
         if not usable:
             return scores
@@ -125,28 +125,23 @@ class Problem:
     def growth(self, parameters: Array) -> Array:
         """Return what of individuals' exact linear loops is above 0 (P,) [1/s].
 
-        inf where no filter can be built. 0 of all if there are no loops to look at.
+        inf where no filter can be built. 0 of all others if there are no loops to look at.
         """
-        growth = np.full(len(parameters), np.inf)
-        built = self.design.filters(parameters)
-        usable = [i for i, filters in enumerate(built) if filters is not None]
-        if usable:
-            growth[usable] = self._growth([pair for pair in built if pair is not None])
-        return growth
+        return self._growth(self.design.filters(parameters))
 
     @property
     def _how(self) -> dict[str, Any]:
         """Options of every simulation."""
         return {"threads": self.threads, "same_noise": True, "v_gain": self.v_gain}
 
-    def _growth(self, filters: Sequence[Filters]) -> Array:
-        """Return what of controllers' exact linear loops is above 0 (P,), inf if beyond numbers."""
-        growth = np.full(len(filters), np.inf)
-        left = [i for i, pair in enumerate(filters) if moderate(pair)]
+    def _growth(self, built: Sequence[Filters | None]) -> Array:
+        """Return the same of filters, inf also of numbers beyond use."""
+        growth = np.full(len(built), np.inf)
+        left = [i for i, pair in enumerate(built) if pair is not None and moderate(pair)]
         if not self.exact:
             growth[left] = 0.0
         elif left:
-            drawn = stack([filters[i] for i in left], self.design.period)
+            drawn = stack([built[i] for i in left], self.design.period)
             growth[left] = np.maximum(quantised(exact_growth(self.exact, drawn)), 0.0)
         return growth
 

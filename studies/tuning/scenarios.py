@@ -105,8 +105,7 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
             "with --robot.zeta; leave one out"
         )
     own = setting(tuning.setting)
-    slopes = dict.fromkeys(((NO_FRICTION, (0.0, 0.0)), small_signal(own.friction)))
-    gains, dampings = zip(*slopes, strict=True)
+    slopes = tuple(dict.fromkeys((NO_FRICTION, small_signal(own.friction))))
     spread, more = tuning.exact_spread, tuning.exact_payload
     robots = loaded(tuning, robot)
     robots += [robot.changed(1 + each, 1.0, 0.0) for each in (-spread, spread) if each]
@@ -118,8 +117,7 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
         for hardware in linear
         for loop in exact_loops(
             own.applied(each.parameters),
-            torque_gains=gains,
-            joint_dampings=dampings,
+            slopes=slopes,
             period=tuning.period,
             hardware=hardware,
             v_gain=tuning.v_gain,

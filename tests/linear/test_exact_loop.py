@@ -41,7 +41,8 @@ def test_twelve_modes_are_enough(robot: Parameters) -> None:
 
 def test_growth_is_the_worst_over_poses_delays_and_gains() -> None:
     gains = ((1.0, 1.0), (0.3, 1.5))
-    loops = exact_loops(Parameters(), (0.8, 2.2), (0, 2), gains, hardware=Hardware(lag=1e-4))
+    slopes = [(gain, (0.0, 0.0)) for gain in gains]
+    loops = exact_loops(Parameters(), (0.8, 2.2), (0, 2), slopes, hardware=Hardware(lag=1e-4))
     assert len(loops) == 8
     one = stack([TUNED_IDEAL["line"]], PERIOD)
     each = [

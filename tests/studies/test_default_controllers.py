@@ -9,7 +9,7 @@ import pytest
 
 from controllers import TUNED, TUNED_IDEAL, Controller
 from flexsim import Parameters, Robot, setting, trajectory
-from flexsim.linear.exact_loop import exact_growth, exact_loops
+from flexsim.linear.exact_loop import NO_FRICTION, exact_growth, exact_loops
 from flexsim.linear.growth import quantised
 from flexsim.linear.loop_poles import small_signal
 from flexsim.loop.control.stacking import stack
@@ -19,12 +19,12 @@ from studies.core.evidence.repeats import perturbed
 
 PERIOD = 1e-3
 ROBOT = Parameters()
-SLOPE, _ = small_signal(setting("simulink").friction)
+SLOPE = small_signal(setting("simulink").friction)
 SETS = pytest.mark.parametrize("controller", TUNED.values(), ids=lambda each: each.name)
 
 
 def growth(controller: Controller, robot: Parameters = ROBOT, delays: tuple[int, ...] = (0, 1)):
-    loops = exact_loops(robot, delays=delays, torque_gains=((1.0, 1.0), SLOPE))
+    loops = exact_loops(robot, delays=delays, slopes=(NO_FRICTION, SLOPE))
     return float(quantised(exact_growth(loops, stack([controller], PERIOD)))[0])
 
 

@@ -75,7 +75,9 @@ def test_case_figure_holds_the_motions(cases: list[Case]) -> None:
     assert axes["path"].get_aspect() == 1.0
     assert all("[m" in axes[name].get_ylabel() for name in ("x", "y", "v", "path"))
     title = figure.get_suptitle()
-    assert all(word in title for word in ("line", "tuned fractional PIDs", "opposing", "hardware"))
+    assert all(
+        word in title for word in ("line", "tuned fractional PIDs", "opposing", "hardware: ")
+    )
 
 
 def test_case_figure_marks_divergence(cases: list[Case]) -> None:

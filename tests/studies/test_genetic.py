@@ -22,6 +22,7 @@ from studies.tuning.genetic import (
     Generation,
     GeneticSettings,
     Scores,
+    best_of,
     breed,
     crossover,
     generation_rng,
@@ -260,6 +261,21 @@ def test_the_stop_rule_counts_generations_without_improvement():
     assert not has_stalled([3.0] * 5 + [2.0] * 10, 10)
     assert has_stalled([3.0] * 5 + [2.0] * 11, 10)
     assert has_stalled([np.inf] * 11, 10)
+
+
+def test_a_search_goes_on_while_what_it_may_not_simulate_grows_less() -> None:
+    """Unbuilt individuals, of infinite growth, do not hide it; nor does growth hide an index."""
+
+    def generation(index: float, *growth: float) -> Generation:
+        count = len(growth)
+        found = Scores(np.full(count, np.inf), np.zeros(count), np.array(growth))
+        found.indices[0] = index
+        return Generation(0, np.zeros((count, 10)), (FRESH,) * count, *found)
+
+    falling = [best_of(generation(np.inf, np.inf, 9.0 - 0.1 * i, 20.0)) for i in range(30)]
+    assert falling[0] == (np.inf, 9.0) and not has_stalled(falling, 10)
+    assert has_stalled([*falling, *falling[-1:] * 10], 10)
+    assert best_of(generation(1e-4, 0.0, 5.0)) == (1e-4, 0.0)
 
 
 def test_the_search_stops_after_ten_without_improvement_or_at_the_last_generation():

@@ -43,7 +43,9 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     for row in rows:
         assert row["stable_draws"] <= row["bounded_draws"]
         assert row["stable_runs"] <= row["bounded_runs"]
-        for name, count in (("stable_draws", row["draws"]), ("stable_runs", row["seeds"])):
+        counts = {"draws": row["draws"], "runs": row["seeds"]}
+        shares = [(f"{of}_{what}", counts[what]) for of in ("bounded", "stable") for what in counts]
+        for name, count in shares:
             ends = share_interval(round(row[name] * count), count)
             assert (row[f"{name}_low"], row[f"{name}_high"]) == ends
         assert row["best_index_low"] is None  # of two searches there is no interval

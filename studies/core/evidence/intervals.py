@@ -84,6 +84,12 @@ def median_interval(values: ArrayLike, level: float = LEVEL) -> Interval | None:
     return quantile_interval(values, 0.5, level)
 
 
+def known_ends(ends: Interval | None) -> tuple[float | None, float | None]:
+    """Return the ends of an interval, None for one that is open, both where there is none."""
+    low, high = ends or (math.inf, math.inf)
+    return (low if math.isfinite(low) else None), (high if math.isfinite(high) else None)
+
+
 def share_interval(count: int, runs: int, level: float = LEVEL) -> Interval:
     """Return Wilson's interval of a share, count of runs.
 
