@@ -115,7 +115,7 @@ def _true_tip_columns(plants: Sequence[str]) -> tuple[Column, ...]:
 
 TRUE_TIP_SECTION = (
     Column("trajectory", form=lambda row: f"{row.trajectory}, {row.setting}"),
-    *(Column("reference", form=lambda _: ""),) * 4,
+    *(Column("reference", form=lambda _: ""),) * 4,  # two plants' envelopes and shares
     Column("dead_zone_error", form=lambda row: _mm(row.dead_zone_error)),
 )
 

@@ -1,6 +1,6 @@
 """The ladders in a figure: change of every figure of merit from the exact beam's, by rung.
 
->>> converge_figure(result)      # doctest: +SKIP
+>>> dict(figures(result))      # doctest: +SKIP
 """
 
 from __future__ import annotations

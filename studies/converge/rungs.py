@@ -76,7 +76,7 @@ def ladders(
     """Return all rungs, each ladder from coarse to fine, and what stands for the exact beam.
 
     A model's own step is 1 ms, halved until its integrator can take it; no ladder has a longer
-    one. The exact beam is a rung of its own ladder of steps.
+    one. The exact beam is a rung of its own ladder of steps; of a part, the last of the modes.
 
     Args:
         part: 'all'; 'sizes', at their own steps; 'defaults', with the exact beam.

@@ -111,7 +111,10 @@ def loop_row(
 def tuned_anew(
     realisation: str, terms: int, shape: str, seed: int, config: RealisationsConfig
 ) -> Controller | None:
-    """Return the best controller of a short search by section 3.2, None if none was bounded."""
+    """Return the best controller of a short search by section 3.2, None if none was bounded.
+
+    What grows on the exact linear loop is rejected, where the robot has one.
+    """
     population, generations = QUICK_SEARCH if config.quick else SEARCH
     tuning = Tuning(
         trajectory=shape,

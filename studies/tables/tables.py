@@ -5,8 +5,9 @@
     >>> result.ratios[0].ratio, result.ratios[0].paper_ratio
 
 Section 3.2's algorithm, once per trajectory on the assumed modes, the chain, and the worse of
-both: nine controllers, each then run on both plants and all trajectories. The paper tuned in
-simulation and went to the laboratory; here one plant is the simulation, the other the laboratory.
+both, what grows on the exact linear loop rejected unless told otherwise: nine controllers, each
+then run on both plants and all trajectories. The paper tuned in simulation and went to the
+laboratory; here one plant is the simulation, the other the laboratory.
 """
 
 from __future__ import annotations
