@@ -31,9 +31,8 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 EXACT_MODES = 12
 EXACT_POSES = (0.8, 1.5, 2.2)  # [rad] theta2, over what our trajectories go through
 CONVERGED = 2e-4  # change of growth with 20 modes, of 1 1/s and of itself
-Slope = tuple[
-    tuple[float, float], tuple[float, float]
-]  # torque gains [-], joint damping [N m s/rad]
+Pair = tuple[float, float]
+Slope = tuple[Pair, Pair]  # of friction: torque gains [-], joint damping [N m s/rad]
 NO_FRICTION: Slope = ((1.0, 1.0), (0.0, 0.0))
 
 

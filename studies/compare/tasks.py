@@ -17,12 +17,12 @@ from flexsim.loop.hardware import HARDWARE, IDEAL, Hardware, overridden
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, trajectory
 from flexsim.numerics.clocks import PERIOD
-from studies.core.options import BENCH
 from studies.core.paper import CASES, FIGURE_OF, PLANTS
 from studies.core.study_options import LoopOptions, Out
 
 OURS, OF_IDEAL, TABLE, TRUE_TIP = "ours", "ideal", "table2", "true tip"  # groups of cases
 SETS = (OURS, OF_IDEAL, TABLE)
+BENCH = "bench"
 OWN = "own"  # hardware: that which each set of controllers is for
 MIRRORED, TO_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
 FILE_OF = {MIRRORED: "plain", TO_TIP: "true_tip", DITHERED: "true_tip_dithered"}

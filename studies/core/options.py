@@ -27,7 +27,6 @@ from studies.core.text import spelled
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
 ROWS_SHOWN = 16
-BENCH = "bench"  # hardware that our controllers are for
 DIFFERENCES = tuple(map(Column, Difference._fields))
 
 

@@ -86,6 +86,7 @@ class Effort:
         trajectory: named. individuals: of a search. population: of a generation.
         weight: of the torques' total variation in what is minimised [m2 s/(N m)].
         terms: p in (2). more: of the robot, as `Tuning` has it. threads: None for all.
+        exact: whether the robot has an exact linear loop, in which nothing may grow.
 
     Raises:
         ParameterError: a number out of range.
@@ -98,6 +99,7 @@ class Effort:
     terms: int
     more: Mapping[str, Any] = field(default_factory=dict)
     threads: int | None = None
+    exact: bool = True
 
     def __post_init__(self) -> None:
         if self.individuals < 1:
@@ -150,7 +152,7 @@ def tunings_of(design: Design, ground: Ground, effort: Effort, seed: int) -> lis
             seed=seed,
             hardware=ground.hardware,
             hardware_torque_limit=TORQUE_LIMIT,
-            exact=not effort.more.get("mjcf") and not effort.more.get("modal_damping"),
+            exact=effort.exact,
             effort=effort.weight,
             v_gain=V_GAINS[design.v],
             **effort.more,

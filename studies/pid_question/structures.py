@@ -85,6 +85,7 @@ class StructuresConfig(ThreadOptions, SeedOptions, StudyOptions):
             self.terms,
             own,
             self.threads,
+            self.has_exact_loop,
         )
 
 

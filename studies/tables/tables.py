@@ -69,7 +69,7 @@ class TablesConfig(LoopOptions):
     """Generations at most, the first included; ten without improvement end a search."""
     population: Population = 50
     chain_generations: int = 100
-    """Generations at most where the chain is simulated, which is twenty times slower."""
+    """Generations at most where the chain is simulated, which takes five times as long."""
     perturbations: Perturbations = 20
 
 

@@ -125,11 +125,6 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
     )
 
 
-def has_exact(tuning: Tuning) -> bool:
-    """Return whether there is an exact linear loop of a tuning's robot: a uniform beam's."""
-    return tuning.mjcf is None and not tuning.modal_damping
-
-
 def robot_of(tuning: Tuning) -> Robot:
     """Return the robot that a tuning names.
 

@@ -67,6 +67,11 @@ def test_half_the_stiffness_is_half_on_every_plant() -> None:
     assert rms_distance(motions[0].tip, motions[1].tip) < APART * 5 * np.abs(motions[0].v).max()
 
 
+def test_a_rod_of_negative_stiffness_is_refused_by_name() -> None:
+    with pytest.raises(ModelError, match="EI"):
+        parameters_of_rod(load_rod(text=re.sub(r'young="', 'young="-', TEXT)))
+
+
 def test_differences_of_a_rod() -> None:
     assert differences(load_rod(FILE)) == []
     found = [tuple(row) for row in differences(load_rod(text=SOFT))]
