@@ -2,7 +2,8 @@
 
 One function, `run_population`, serves every plant and every controller: a controller is what
 `flexsim.loop.control.compiled` runs, a plant two compiled functions (`flexsim.plants.dispatch`).
-Individuals run on separate threads; each is computed alike whatever the number of threads.
+Individuals run on separate threads; each is computed alike whatever the number of threads, and each
+may have a plant, friction, hardware and reference of its own (`flexsim.loop.populations`).
 
 Loop (Figure 2 of the paper is lost; this is our reading): the joint errors are
 theta1_ref - theta1 and theta2_ref - (theta2 - atan(v/(r+L))), v entering with its sign changed.
@@ -11,17 +12,14 @@ theta1_ref - theta1 and theta2_ref - (theta2 - atan(v/(r+L))), v entering with i
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
-from flexsim.errors import ParameterError
 from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.loop.hardware import (
-    IDEAL,
-    Hardware,
     HardwareNumbers,
     commands,
     mean_torque,
@@ -30,19 +28,17 @@ from flexsim.loop.hardware import (
     waiting_room,
 )
 from flexsim.loop.measuring import (
-    NO_YARDSTICK,
-    SUMS,
     WAITING_MOST,
     Yardstick,
     add_sample,
     settle,
 )
 from flexsim.numerics.jit import jit, jit_parallel
+from flexsim.numerics.stacked import nth
 from flexsim.numerics.types import Array
 from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
-THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
 get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
 TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
 RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
@@ -141,6 +137,7 @@ def run_one(  # type: ignore[no-untyped-def]
     loop: Loop,
     controllers: Controllers,
     i,
+    number,
     state,
     stride,
     yard: Yardstick,
@@ -155,8 +152,8 @@ def run_one(  # type: ignore[no-untyped-def]
     """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
 
     Args:
-        controllers, i: of all runs, and which of them is this run's; i decides its noise, too.
-        h: hardware.
+        controllers, i: of all runs, and which of them is this run's.
+        number: of the run, which decides its noise. h: hardware.
         stride: record every stride-th sample into states, torques, errors, applied and seen (what
             was measured); 0 records nothing.
         yard: what is measured into sums, points still waiting; nothing if it has no points.
@@ -177,7 +174,7 @@ def run_one(  # type: ignore[no-untyped-def]
         x, y = tip_of(loop, state, along, v)
         dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
-        th1, th2, v_seen = measured(h, i, k, state[0], state[1], v)
+        th1, th2, v_seen = measured(h, number, k, state[0], state[1], v)
         e1 = loop.joint[k, 0] - th1
         e2 = loop.joint[k, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
         u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v_seen)
@@ -208,15 +205,22 @@ def run_one(  # type: ignore[no-untyped-def]
 
 
 @jit_parallel
-def _run_all(  # type: ignore[no-untyped-def]
-    plant,
-    friction,
-    h,
-    loop,
+def run_all(  # type: ignore[no-untyped-def]
+    plants,
+    plant_first,
+    frictions,
+    friction_first,
+    hardwares,
+    hardware_first,
+    loops,
+    loop_first,
+    yards,
+    yard_first,
+    starts,
+    which,
+    numbers,
     controllers,
-    initial,
     stride,
-    yard,
     index,
     diverged,
     states,
@@ -226,18 +230,30 @@ def _run_all(  # type: ignore[no-untyped-def]
     applied,
     seen,
 ):
-    """Fill the outcome arrays, one individual per iteration of the threaded loop."""
-    for i in numba.prange(controllers.b.shape[0]):
+    """Fill the outcome arrays, one individual per iteration of the threaded loop.
+
+    Args:
+        plants, plant_first, ...: stacked, see `flexsim.numerics.stacked`; starts: (S, 2 m).
+        which: (P, 6) each run's plant, friction, hardware, loop, yardstick and start.
+        numbers: (P,) of the runs, for their noise.
+    """
+    for i in numba.prange(which.shape[0]):
+        plant = nth(plants, plant_first, which[i, 0])
+        friction = nth(frictions, friction_first, which[i, 1])
+        hardware = nth(hardwares, hardware_first, which[i, 2])
+        loop = nth(loops, loop_first, which[i, 3])
+        yard = nth(yards, yard_first, which[i, 4])
         waiting = np.empty((WAITING_MOST, 4))
         index[i], diverged[i] = run_one(
             plant,
             get_thread_id(),
             friction,
-            h,
+            hardware,
             loop,
             controllers,
             i,
-            initial.copy(),
+            numbers[i],
+            starts[which[i, 5]].copy(),
             stride,
             yard,
             states[i],
@@ -250,60 +266,3 @@ def _run_all(  # type: ignore[no-untyped-def]
         )
         if yard.points.shape[0] > 0:
             settle(yard, sums[i], waiting)
-
-
-def run_population(
-    plant: Any,
-    friction: FrictionNumbers,
-    loop: Loop,
-    controllers: Controllers,
-    initial: Array,
-    stride: int = 0,
-    threads: int | None = None,
-    yard: Yardstick = NO_YARDSTICK,
-    hardware: Hardware = IDEAL,
-    same_noise: bool = False,
-    first_run: int = 0,
-) -> Outcome:
-    """Return the outcome of every controller on one plant.
-
-    Args:
-        plant: with `running(threads)`, a context manager (`flexsim.plants.base`).
-        friction: compiled friction law; loop: reference and measurement.
-        controllers: P of them, from `flexsim.loop.control.stacking.stack`.
-        initial: (2 m,) state at t = 0.
-        stride: record every stride-th sample; 0 records nothing.
-        threads: number of threads; None for all that numba has.
-        yard: what runs are measured against; nothing is unless it is given.
-        hardware: sensors, computer, motors. same_noise: whether all runs have the first's noise.
-        first_run: which run of a longer series the first is: it has that one's noise.
-    """
-    if stride < 0:
-        raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
-    rows = (len(loop.tip) + stride - 1) // stride if stride else 0
-    runs = len(controllers.b)
-    outcome = Outcome(
-        np.empty(runs),
-        np.empty(runs),
-        np.full((runs, rows, len(initial)), np.nan),
-        np.full((runs, rows, 2), np.nan),
-        np.full((runs, rows, 2), np.nan),
-        np.zeros((runs, SUMS if len(yard.points) else 0)),
-        np.full((runs, rows, 2), np.nan),
-        np.full((runs, rows, 3), np.nan),
-    )
-    available = numba.get_num_threads()
-    wanted = available if threads is None else threads
-    if not 1 <= wanted <= THREADS_MOST:
-        raise ParameterError(f"threads is {threads}; give 1 to {THREADS_MOST}")
-    numba.set_num_threads(wanted)
-    try:
-        with (
-            plant.running(THREADS_MOST) as coefficients,
-            numba.parallel_chunksize(1),
-        ):
-            h = hardware.numbers(loop.period, loop.substeps, same_noise, first_run)
-            _run_all(coefficients, friction, h, loop, controllers, initial, stride, yard, *outcome)
-    finally:
-        numba.set_num_threads(available)
-    return outcome

@@ -112,15 +112,11 @@ class Hardware:
         )
         return ", ".join(text for there, text in parts if there)
 
-    def numbers(
-        self, period: float, substeps: int, same_noise: bool = False, first_run: int = 0
-    ) -> HardwareNumbers:
+    def numbers(self, period: float, substeps: int) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
 
         Args:
             period: control period [s], of `substeps` physics steps.
-            same_noise: whether all runs of a population get the noise of the first.
-            first_run: which run of all the population's first is, for its noise.
         """
         decay, mean = lag_factors(self.lag, period / substeps)
         return HardwareNumbers(
@@ -135,8 +131,6 @@ class Hardware:
             mean,
             lag_factors(self.lag, period)[1],
             int(self.seed),
-            same_noise,
-            int(first_run),
         )
 
 
@@ -216,22 +210,22 @@ class HardwareNumbers(NamedTuple):
     mean: float
     mean_period: float
     seed: int
-    same_noise: bool
-    first_run: int
 
 
 @jit
 def measured(h: HardwareNumbers, run: int, sample: int, theta1: float, theta2: float, v: float):  # type: ignore[no-untyped-def]
-    """Return theta1, theta2 [rad] and v [m] as the controllers get them."""
+    """Return theta1, theta2 [rad] and v [m] as the controllers get them.
+
+    Args:
+        run: whose noise it is. sample: at which the measurement is taken.
+    """
     if h.ideal:
         return theta1, theta2, v
     if h.quantum > 0.0:
         theta1 = h.quantum * np.floor(theta1 / h.quantum + 0.5)
         theta2 = h.quantum * np.floor(theta2 / h.quantum + 0.5)
     if h.noise_v > 0.0:
-        own = 0 if h.same_noise else run & MASK  # a prange's index is unsigned, else a float
-        number = (own + h.first_run) & MASK
-        v += h.noise_v * normal(h.seed, number, sample)
+        v += h.noise_v * normal(h.seed, run & MASK, sample)
     return theta1, theta2, v
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
 from flexsim.loop.trajectories import Reference
+from flexsim.numerics.elementary import log
 from flexsim.numerics.jit import jit, jit_apart
 from flexsim.numerics.types import Array
 
@@ -233,48 +234,62 @@ def growth_rate(early: float, late: float, length: float) -> float | None:
     Returns:
         Above 0 where the run still grows; None where nothing moves.
     """
-    if not (early > 0 and late > 0 and math.isfinite(early) and math.isfinite(late)):
-        return None
-    return math.log(late / early) / (length / 2)
+    rate = float(_growth_rates(np.array([early]), np.array([late]), length)[0])
+    return None if math.isnan(rate) else rate
 
 
-def figures(
-    sums: Array, index: float, diverged: float, reference: Reference, hold: float
-) -> dict[str, Any]:
-    """Return a run's figures of merit, those of `flexsim.loop.metrics.measures`.
+def _growth_rates(early: Array, late: Array, length: float) -> Array:
+    """Return `growth_rate` of many runs (P,), nan where nothing moves."""
+    moving = (early > 0) & (late > 0) & np.isfinite(early) & np.isfinite(late)
+    rates = np.full(len(early), np.nan)
+    rates[moving] = log(late[moving] / early[moving]) / (length / 2)
+    return rates
+
+
+def figure_columns(
+    sums: Array, index: Array, diverged: Array, reference: Reference, hold: float
+) -> dict[str, Array]:
+    """Return the figures of merit of P runs by name, those of `flexsim.loop.metrics.measures`.
 
     Args:
-        sums: (SUMS,). index: (5). diverged: time of divergence [s], nan for none.
+        sums: (P, SUMS). index: (P,) of (5). diverged: (P,) times of divergence [s], nan for none.
+        reference, hold: of all the runs.
+
+    Returns:
+        (P,) each, nan where a run does not have the figure; diverged is 0 or 1.
     """
-    finished, rows = bool(np.isnan(diverged)), int(sums[ROWS])
-    outcome = {
-        "index": float(index),
-        "diverged": not finished,
-        "diverged_at": None if finished else float(diverged),
-    }
-    if rows == 0:
-        return outcome
-    held = finished and hold > 0
+    finished, rows = np.isnan(diverged), sums[:, ROWS]
     start, middle = hold_samples(reference.time, hold)
-    count = len(reference.time)
-    period = float(reference.time[1] - reference.time[0])
-    found = {
-        "envelope": math.sqrt(sums[ENVELOPE]),
-        "max_error": math.sqrt(sums[MOST_ERROR]),
-        "rms_error": math.sqrt(sums[ERROR] / rows),
-        "max_v": float(sums[MOST_V]),
-        "residual_v": float(sums[RESIDUAL_V]) if held else None,
-        "growth": growth_rate(
-            math.sqrt(sums[EARLY_V] / max(middle - start, 1)),
-            math.sqrt(sums[LATE_V] / max(count - middle, 1)),
-            hold,
-        )
-        if held
-        else None,
-        "effort": float(sums[EFFORT]) * period,
-    }
-    for joint in range(2):
-        found[f"peak_torque_{joint + 1}"] = float(sums[PEAK + joint])
-        found[f"rms_torque_{joint + 1}"] = math.sqrt(sums[TORQUE + joint] / rows)
-        found[f"variation_{joint + 1}"] = float(sums[VARIATION + joint])
-    return found | outcome
+    count, period = len(reference.time), float(reference.time[1] - reference.time[0])
+    with np.errstate(divide="ignore", invalid="ignore"):  # a run that has no sample
+        found = {
+            "envelope": np.sqrt(sums[:, ENVELOPE]),
+            "max_error": np.sqrt(sums[:, MOST_ERROR]),
+            "rms_error": np.sqrt(sums[:, ERROR] / rows),
+            "max_v": sums[:, MOST_V].copy(),
+            "residual_v": np.full(len(rows), np.nan),
+            "growth": np.full(len(rows), np.nan),
+            "effort": sums[:, EFFORT] * period,
+        }
+        for joint in range(2):
+            found[f"peak_torque_{joint + 1}"] = sums[:, PEAK + joint].copy()
+            found[f"rms_torque_{joint + 1}"] = np.sqrt(sums[:, TORQUE + joint] / rows)
+            found[f"variation_{joint + 1}"] = sums[:, VARIATION + joint].copy()
+    if hold > 0:
+        early = np.sqrt(sums[:, EARLY_V] / max(middle - start, 1))
+        late = np.sqrt(sums[:, LATE_V] / max(count - middle, 1))
+        found["residual_v"] = np.where(finished, sums[:, RESIDUAL_V], np.nan)
+        found["growth"] = np.where(finished, _growth_rates(early, late, hold), np.nan)
+    for each in found.values():
+        each[rows == 0] = np.nan
+    return found | {"index": index, "diverged": ~finished, "diverged_at": diverged}
+
+
+def figures(columns: dict[str, Array], run: int) -> dict[str, Any]:
+    """Return one run's figures of merit, of those of many: None for what it does not have."""
+    numbers = {name: float(each[run]) for name, each in columns.items() if name != "diverged"}
+    found: dict[str, Any] = {name: None if math.isnan(x) else x for name, x in numbers.items()}
+    found["diverged"] = bool(columns["diverged"][run])
+    if found["rms_error"] is not None:
+        return found
+    return {name: found[name] for name in ("index", "diverged", "diverged_at")}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.errors import DivergenceError, ParameterError
-from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome, run_population
+from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import joint_torques
 from flexsim.loop.hardware import (
@@ -24,9 +24,10 @@ from flexsim.loop.hardware import (
     motor_step,
     waiting_room,
 )
-from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figures, yardstick
+from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
+from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
@@ -119,19 +120,10 @@ def evaluate(
         loop_options: `v_gain`, `weights` of `loop_of`.
     """
     loop = loop_of(plant, reference, **loop_options)
-    return run_population(
-        plant,
-        setting.friction.numbers(),
-        loop,
-        stack(controllers, loop.period),
-        plant.rest_state(reference.joint[0]),
-        stride,
-        threads,
-        yard,
-        setting.hardware,
-        same_noise,
-        first_run,
-    )
+    start, friction = plant.rest_state(reference.joint[0]), setting.friction.numbers()
+    stage = Stage(plant, friction, loop, start, setting.hardware, yard)
+    built = stack(controllers, loop.period)
+    return run_population(stage, built, stride, threads, same_noise, first_run)
 
 
 def measure(
@@ -158,10 +150,8 @@ def measure(
 
 def measured_figures(found: Outcome, reference: Reference, hold: float) -> list[dict[str, Any]]:
     """Return the figures of merit of every run of an outcome that was measured; see `measure`."""
-    return [
-        figures(sums, index, diverged, reference, hold)
-        for sums, index, diverged in zip(found.sums, found.indices, found.diverged, strict=True)
-    ]
+    columns = figure_columns(found.sums, found.indices, found.diverged, reference, hold)
+    return [figures(columns, run) for run in range(len(found.indices))]
 
 
 def closed_loop(

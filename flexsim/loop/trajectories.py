@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Trajectory:
             'circle' (of radius a, started at phi = 0).
         duration, hold: [s]. time_law: 'quintic' or 'constant-speed' (phi linear in time).
         start, end: ends of the line [m]. centre: [m]. half_width, half_height: a and b [m].
-        name: for tables; the shape's name unless given.
+        name: for tables; the shape's name unless given. lead: rest before the start [s].
 
     Raises:
         ParameterError: an unknown shape or time law, or a number that cannot be used.
@@ -52,6 +53,7 @@ class Trajectory:
     half_width: float = 0.15
     half_height: float = 0.12
     name: str = field(default="")
+    lead: float = 0.0
 
     def __post_init__(self) -> None:
         for label, value, names in (
@@ -67,6 +69,8 @@ class Trajectory:
                 f"trajectory lasts {self.duration} s and holds {self.hold} s; "
                 "give a duration over 0 and a hold of 0 or more"
             )
+        if not 0 <= self.lead < math.inf:
+            raise ParameterError(f"trajectory has a lead of {self.lead} s; give 0 or more")
         if not (0 < self.half_width < math.inf and 0 < self.half_height < math.inf):
             raise ParameterError("half width and half height must be finite and more than 0 [m]")
         for label in ("start", "end", "centre"):
@@ -78,14 +82,14 @@ class Trajectory:
 
     @property
     def end_time(self) -> float:
-        """Duration and hold together [s]."""
-        return self.duration + self.hold
+        """Lead, duration and hold together [s]."""
+        return self.lead + self.duration + self.hold
 
     def at(self, time: Array) -> Array:
         """Return the reference tip (K, 2) [m] at times (K,) [s]."""
-        u = np.clip(np.asarray(time) / self.duration, 0.0, 1.0)
+        u = np.clip((np.asarray(time) - self.lead) / self.duration, 0.0, 1.0)
         if self.time_law == "quintic":
-            u = u * u * u * (10 + u * (6 * u - 15))
+            u = quintic(u)
         if self.shape == "line":
             start, end = np.array(self.start), np.array(self.end)
             return start + u[:, None] * (end - start)
@@ -98,6 +102,30 @@ class Trajectory:
         return np.stack(
             [cx + self.half_width * sin(phi), cy + self.half_height * sin(2 * phi)], axis=-1
         )
+
+
+class Path(Protocol):
+    """What a reference is sampled from: a `Trajectory`, or `flexsim.loop.waypoints.Waypoints`."""
+
+    @property
+    def name(self) -> str:
+        """For tables."""
+
+    @property
+    def hold(self) -> float:
+        """Rest at the end [s]."""
+
+    @property
+    def end_time(self) -> float:
+        """All of its length [s]."""
+
+    def at(self, time: Array) -> Array:
+        """Return the reference tip (K, 2) [m] at times (K,) [s]."""
+
+
+def quintic(u: Array) -> Array:
+    """Return the share of a way that is gone at a share of the time, at rest at both ends."""
+    return u * u * u * (10 + u * (6 * u - 15))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +142,7 @@ class Reference:
     torque: Array | None = None
 
 
-def reference(trajectory: Trajectory, parameters: Parameters, period: float = PERIOD) -> Reference:
+def reference(trajectory: Path, parameters: Parameters, period: float = PERIOD) -> Reference:
     """Return the sampled reference with its rigid inverse kinematics.
 
     Raises:

@@ -23,8 +23,8 @@ from rich.progress import Progress
 
 from controllers import TABLE_2
 from flexsim.arm.parameters import Parameters, paper
-from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.control.stacking import stack
+from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import loop_of, measure
 from flexsim.loop.trajectories import reference
 from flexsim.numerics.clocks import PERIOD
@@ -113,9 +113,8 @@ def start_runs(
     joints, tips = [], []
     for offset in offsets:
         start = plant.rest_state(ref.joint[0] + offset)
-        states = run_population(
-            plant, friction, loop, controllers, start, 1, 1, hardware=variant.setting.hardware
-        ).states[0]
+        stage = Stage(plant, friction, loop, start, variant.setting.hardware)
+        states = run_population(stage, controllers, stride=1, threads=1).states[0]
         joints.append(states[:, :2])
         tips.append(plant.observe(states, energy=False).tip)
     return joints, tips

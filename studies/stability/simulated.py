@@ -9,10 +9,10 @@ import numpy as np
 from flexsim.arm.kinematics import tip_position
 from flexsim.linear.controller_space import controller_states
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
-from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import Hardware
+from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import Reference
@@ -63,9 +63,8 @@ def simulated_errors(
     loop = loop_of(plant, ref, v_gain=options.v_gain)
     start = plant.rest_state(ref.joint[0])
     linear = Hardware(delay=options.hardware.delay, lag=options.hardware.lag)
-    outcome = run_population(
-        plant, chosen.friction.numbers(), loop, controllers, start, stride=1, hardware=linear
-    )
+    stage = Stage(plant, chosen.friction.numbers(), loop, start, linear)
+    outcome = run_population(stage, controllers, stride=1)
     return outcome.states, outcome.torques, outcome.errors
 
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from controllers import TUNED_IDEAL, Controller
 from flexsim.arm.parameters import Parameters
-from flexsim.loop.compiled_loop import run_population
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.measuring import NO_YARDSTICK, yardstick
+from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import evaluate, loop_of
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import Reference, reference, trajectory
@@ -75,9 +75,10 @@ def closed_loop_run(
     friction, loop = setting(IDEAL).friction.numbers(), loop_of(plant, ref)
     start = plant.rest_state(ref.joint[0])
     yard = yardstick(ref, seconds / 2) if measured else NO_YARDSTICK
+    stage = Stage(plant, friction, loop, start, yard=yard)
 
     def once() -> float:
-        outcome = run_population(plant, friction, loop, filters, start, threads=threads, yard=yard)
+        outcome = run_population(stage, filters, threads=threads)
         assert np.isnan(outcome.diverged).all()  # a run cut short would look fast
         return 1e3 * ref.time[-1] * population
 

@@ -18,11 +18,12 @@ from scipy.signal import lfilter
 
 from controllers import TUNED_IDEAL
 from flexsim import DivergenceError, ModelError, ParameterError, Parameters
-from flexsim.loop.compiled_loop import Outcome, run_population
+from flexsim.loop.compiled_loop import Outcome
 from flexsim.loop.control.compiled import filter_sample
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import Friction
 from flexsim.loop.metrics import envelope_half_width, performance_index
+from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import closed_loop, drive, evaluate, loop_of
 from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import Reference, Trajectory, reference, trajectory
@@ -252,7 +253,7 @@ def test_pushed_tip_enters_the_second_error_with_its_sign_changed(
     for v_gain in (-1.0, 1.0, 0.0):
         loop = loop_of(plant, short, v_gain=v_gain)
         friction, filters = setting("none").friction.numbers(), stack([P_CONTROL], 1e-3)
-        outcome = run_population(plant, friction, loop, filters, initial, stride=1)
+        outcome = run_population(Stage(plant, friction, loop, initial), filters, stride=1)
         expected = short.joint[0, 1] - (initial[1] + v_gain * math.atan(v / PARAMETERS.reach))
         assert outcome.errors[0, 0] == pytest.approx([0.0, expected], abs=1e-15)
         assert outcome.torques[0, 0, 1] == pytest.approx(2.0 * expected, rel=1e-12)
