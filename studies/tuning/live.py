@@ -15,7 +15,8 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from studies.core.console import console
 from studies.tuning.genetic import Generation, OnGeneration
-from studies.tuning.record import Record, most_generations
+from studies.tuning.kept import most_generations
+from studies.tuning.record import Record
 
 
 @contextmanager

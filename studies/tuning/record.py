@@ -11,11 +11,9 @@ the file, or a torn last line, is recognised and cut off when the run is continu
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import hashlib
 import importlib.metadata
-import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,37 +22,28 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 if sys.platform != "win32":
     import fcntl
 
-from flexsim.arm.parameters import Parameters
-from flexsim.errors import FlexsimError, RunError
-from flexsim.files.reading import MIB, read_regular
+from flexsim.errors import RunError
 from flexsim.mjcf.reading.names import Names
-from studies.core.folder import CONFIG, require_free, run_folder, versions, write_config
-from studies.tuning.distributions import NAMES, Distribution, draw_of
-from studies.tuning.genetic import CROSSOVER, FRESH, INITIAL, MUTANT, SURVIVOR, Generation
-from studies.tuning.individuals import DERIVATIVE_PAIRS, SI_NAMES, in_si
-from studies.tuning.peers import peer_generations
-from studies.tuning.tuning import TUNERS, Tuning
-
-GENERATIONS = "generations.csv"
-GENERATIONS_MOST = 1024 * MIB
-COLUMNS = (
-    "generation",
-    "individual",
-    "origin",
-    *NAMES,
-    *SI_NAMES,
-    "index",
-    "diverged_at",
-    "growth",
+from studies.core.folder import require_free, run_folder, versions, write_config
+from studies.tuning.distributions import Distribution
+from studies.tuning.genetic import Generation
+from studies.tuning.individuals import SI_NAMES
+from studies.tuning.kept import (
+    GENERATIONS,
+    HEADER,
+    RESULT,
+    configuration,
+    draws_from,
+    generations,
+    rows,
+    tuning_from,
 )
-LATER = ("convergence.csv", "convergence.rrd", "figures/convergence.png", "result.json")
-ORIGINS = {SURVIVOR, INITIAL, MUTANT, CROSSOVER, FRESH, *TUNERS}
-HEADER = (",".join(COLUMNS) + "\n").encode()
+from studies.tuning.tuning import Tuning
+
+LATER = ("convergence.csv", "convergence.rrd", "figures/convergence.png", RESULT)
 DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
@@ -177,20 +166,6 @@ def start(
         (folder / GENERATIONS).write_bytes(HEADER)
 
 
-def rows(generation: Generation) -> list[list[str]]:
-    """Return a generation as fields of text, which read back to the same bits."""
-    si = in_si(generation.population)[:, [k for k, _ in DERIVATIVE_PAIRS]]
-    lines = []
-    for i, origin in enumerate(generation.origins):
-        when = float(generation.diverged[i])
-        numbers = [*generation.population[i], *si[i], generation.indices[i]]
-        texts = [repr(float(x)) for x in numbers]
-        ended = "" if np.isnan(when) else repr(when)
-        grown = repr(float(generation.growth[i]))
-        lines.append([str(generation.number), str(i), origin, *texts, ended, grown])
-    return lines
-
-
 def append(folder: Path, generation: Generation) -> None:
     """Add a generation by one write, so that a killed run loses this one at most.
 
@@ -221,81 +196,18 @@ def cut(folder: Path, size: int) -> None:
 
 def _configuration(folder: Path) -> tuple[Tuning, Distribution]:
     """Return what a run depends on, from its config.json."""
-    damaged = f"{folder / CONFIG} is damaged or not of flexsim tune"
-    try:
-        content = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
-        before, values, table = (
-            dict(content[key]) for key in ("versions", "configuration", "distribution")
-        )
-    except OSError as error:
-        raise RunError(f"{folder} is not a run: cannot read {CONFIG}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise RunError(damaged) from None
+    content = configuration(folder)
     for package, now in _versions().items():
-        if package != "platform" and before.get(package) != now:
+        before = content.versions.get(package)
+        if package != "platform" and before != now:
             raise RunError(
-                f"{folder} was made with {package} {before.get(package)}, this is {now}: the "
+                f"{folder} was made with {package} {before}, this is {now}: the "
                 "result would not be the same; start a new run"
             )
     known = {item.name for item in dataclasses.fields(Tuning)}
     newer = {item.name for item in dataclasses.fields(Names)}  # runs without them had none
-    if not known - newer <= set(values) <= known or set(table) != set(NAMES):
-        raise RunError(damaged)
-    try:
-        limit = values["hardware_torque_limit"]
-        typed = {
-            "weights": tuple(values["weights"]),
-            "hardware_torque_limit": limit if limit is None else tuple(limit),
-            "robot": Parameters(**values["robot"]),
-            "modal_damping": tuple(values["modal_damping"]),
-            "payloads": tuple(values["payloads"]),
-            "plant": _names(values["plant"]),
-            "hardware": _names(values["hardware"]),
-        }
-        tuning = Tuning(**values | typed)
-        draws = Distribution(tuple(draw_of(name, table[name]) for name in NAMES))
-    except FlexsimError as error:
-        raise RunError(f"{folder / CONFIG} cannot be used: {error}") from None
-    except (TypeError, ValueError, AttributeError):
-        raise RunError(damaged) from None
-    return tuning, draws
-
-
-def _names(names: Any) -> str | tuple[str, ...]:
-    """Return one name or several as JSON has them."""
-    return names if isinstance(names, str) else tuple(names)
-
-
-def _generation(lines: list[str], number: int) -> Generation:
-    """Return one generation from its lines.
-
-    Raises:
-        ValueError: a line is not what `rows` writes.
-    """
-    table = list(csv.DictReader(lines, fieldnames=COLUMNS, strict=True))
-    for i, row in enumerate(table):
-        whole = None not in row and None not in row.values()  # as many fields as columns
-        if not whole or (row["generation"], row["individual"]) != (str(number), str(i)):
-            raise ValueError
-        if row["origin"] not in ORIGINS or np.isnan(float(row["index"])):
-            raise ValueError
-        if not float(row["growth"]) >= 0:
-            raise ValueError
-    return Generation(
-        number,
-        np.array([[float(row[name]) for name in NAMES] for row in table]),
-        tuple(row["origin"] for row in table),
-        np.array([float(row["index"]) for row in table]),
-        np.array([float(row["diverged_at"] or "nan") for row in table]),
-        np.array([float(row["growth"]) for row in table]),
-    )
-
-
-def most_generations(tuning: Tuning) -> int:
-    """Return how many generations a run has at most."""
-    if tuning.tuner == "genetic":
-        return tuning.generations
-    return peer_generations(tuning.genetic)
+    tuning = tuning_from(folder, content.values, known - newer)
+    return tuning, draws_from(folder, content.draws)
 
 
 def read(folder: Path) -> Record:
@@ -308,24 +220,7 @@ def read(folder: Path) -> Record:
     path = folder / GENERATIONS
     if path.is_symlink():  # what is appended would go elsewhere
         raise RunError(f"{path} is a symbolic link: the run is damaged")
-    content = read_regular(path, GENERATIONS_MOST, "generations")
-    if not content.startswith(HEADER):
-        raise RunError(f"{path} is damaged: its first line is not the header")
-    lines = content[len(HEADER) :].split(b"\n")[:-1]  # what follows the last newline is torn
-    size, done, most = len(HEADER), [], most_generations(tuning)
-    if len(lines) > most * tuning.population:
-        raise RunError(f"{path} is damaged: it has more than the run's {most} generations")
-    for number in range(len(lines) // tuning.population):
-        block = lines[number * tuning.population : (number + 1) * tuning.population]
-        try:
-            done.append(_generation([line.decode() for line in block], number))
-        except (ValueError, TypeError, csv.Error):
-            first = 2 + number * tuning.population
-            raise RunError(
-                f"{path} is damaged: generation {number}, from line {first} on, cannot be read"
-            ) from None
-        size += sum(len(line) + 1 for line in block)
-    return Record(tuning, draws, done, size)
+    return Record(tuning, draws, *generations(folder, tuning))
 
 
 def check_texts(folder: Path, texts: Mapping[str, Any]) -> None:

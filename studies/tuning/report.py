@@ -23,9 +23,9 @@ from studies.core.table import Column, Table
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import in_si
+from studies.tuning.kept import RESULT
 from studies.tuning.tuning import Tuning
 
-RESULT = "result.json"
 TABLE, RECORDING = "convergence.csv", "convergence.rrd"
 FIGURE = "figures/convergence.png"
 

@@ -33,6 +33,7 @@ from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import TEXTBOOK
+from studies.tuning.kept import GENERATIONS, HEADER
 from studies.tuning.live import live
 from studies.tuning.problem import Problem, distribution_for, problem_of, tune
 from studies.tuning.record import Record
@@ -221,7 +222,7 @@ def begin(config: TuneConfig) -> tuple[Record, Problem, Start]:
         what = (tuning, draws, texts, problem.simulated)
         tune_folder.start(folder, config.force, *what)
 
-    return Record(tuning, draws, [], len(tune_folder.HEADER)), problem, start
+    return Record(tuning, draws, [], len(HEADER)), problem, start
 
 
 def first_difference(robot: Parameters, other: Parameters) -> tuple[str, float, float]:
@@ -337,5 +338,5 @@ def command(config: TuneConfig) -> None:
         out.print(f"screened {tally.candidates} candidates in {tally.seconds:.1f} s")
     if (table := tune_report.result_table(search)).rows:
         out.print(table.render())
-    left = f"{tune_folder.GENERATIONS}, convergence.csv, figures/, convergence.rrd"
+    left = f"{GENERATIONS}, convergence.csv, figures/, convergence.rrd"
     out.print(f"{spelled(folder)}: {left}", soft_wrap=True)

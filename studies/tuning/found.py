@@ -1,0 +1,158 @@
+"""What a run of `flexsim tune` found, to be run elsewhere: by any version, in any loop.
+
+    >>> found = found_in(Path("runs/circle"))
+    >>> (b1, a1), (b2, a2) = found.filters(found.period)
+
+Of a run that was interrupted it is the best so far.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexsim.errors import ParameterError, RunError
+from flexsim.files.reading import read_text
+from flexsim.numerics.types import Array
+from studies.tuning.distributions import NAMES
+from studies.tuning.genetic import Search
+from studies.tuning.individuals import Filters, moderate
+from studies.tuning.kept import (
+    NO_JSON,
+    RESULT,
+    RESULT_MOST,
+    configuration,
+    generations,
+    tuning_from,
+)
+from studies.tuning.tuning import Tuning
+
+GAINS = tuple(NAMES.index(name) for name in NAMES if name.startswith("k"))  # k1 ... k6
+MEANING = ("trajectory", "controller", "realisation", "setting", "terms", "period", "filter_time")
+SAME = 1e-9  # relative: two periods that are one
+
+
+@dataclass(frozen=True, eq=False)
+class FoundController:
+    """The best controller of a run of `flexsim tune`.
+
+    Attributes:
+        name: the run folder's name.
+        tuning: what the run was asked.
+        parameters: (10,) as drawn, in Table 1's units, time in milliseconds.
+    """
+
+    name: str
+    tuning: Tuning
+    parameters: Array
+
+    @property
+    def period(self) -> float:
+        """The control period that it was tuned with [s]."""
+        return self.tuning.period
+
+    def filters(self, period: float) -> Filters:
+        """Return the filters ((b1, a1), (b2, a2)) in SI.
+
+        Raises:
+            ParameterError: `period` [s] is not the tuning's own; or there is no such filter.
+        """
+        if not abs(period - self.period) <= SAME * self.period:
+            raise ParameterError(
+                f"controller {self.name!r} was tuned for a control period of {self.period:g} s, "
+                f"got {period:g} s; give its own"
+            )
+        (built,) = self.tuning.design.filters(self.parameters[None])
+        if built is None:
+            raise ParameterError(
+                f"controller {self.name!r} has parameters that no filter can be built from: "
+                f"{self.parameters.tolist()}"
+            )
+        return built
+
+    def scaled(self, factors: Array) -> FoundController:
+        """Return the same with gains k1 to k6 times factors (6,).
+
+        Raises:
+            ParameterError: the factors are not six finite numbers.
+        """
+        given = np.asarray(factors, dtype=float)
+        if given.shape != (len(GAINS),) or not np.isfinite(given).all():
+            raise ParameterError(
+                f"factors have shape {given.shape}; give six finite ones, of k1 to k6"
+            )
+        parameters = self.parameters.copy()
+        parameters[list(GAINS)] *= given
+        return replace(self, parameters=parameters)
+
+    def perturbed(self, factors: Array) -> Filters:
+        """Return the filters with gains k1 to k6 times factors (6,); errors as `scaled`."""
+        return self.scaled(factors).filters(self.period)
+
+
+def _concluded(path: Path) -> Array:
+    """Return the best parameters (10,) of a result.json.
+
+    Raises:
+        RunError: it is damaged, or has none.
+    """
+    text = read_text(path, RESULT_MOST, "result")
+    try:
+        best: Mapping[str, Any] | None = json.loads(text)["best_parameters"]
+        found = None if best is None else [float(best[name]) for name in NAMES]
+        if best is not None and len(best) != len(NAMES):
+            raise ValueError
+    except (*NO_JSON, OverflowError):
+        raise RunError(f"{path} is damaged or not of flexsim tune") from None
+    if found is None:
+        raise RunError(_nothing(path.parent))
+    return np.array(found)
+
+
+def _nothing(folder: Path) -> str:
+    return (
+        f"{folder} has no controller: every individual diverged or was rejected; "
+        "tune with more generations, or another distribution"
+    )
+
+
+def _so_far(folder: Path, tuning: Tuning) -> Array:
+    """Return the best parameters (10,) of a run that was interrupted.
+
+    Raises:
+        RunError: it has no generation yet, or none of its individuals held.
+    """
+    done, _ = generations(folder, tuning)
+    if not done:
+        raise RunError(
+            f"{folder} has no complete generation yet; continue it with "
+            f"flexsim tune --resume {folder}"
+        )
+    best = Search(tuple(done), "interrupted").best_parameters
+    if best is None:
+        raise RunError(_nothing(folder))
+    return best
+
+
+def found_in(folder: Path) -> FoundController:
+    """Return the best controller of a run, its best so far if it was interrupted.
+
+    Runs of other versions are read, too, as long as this one knows their options.
+
+    Raises:
+        RunError: it is no run of flexsim tune, is damaged, or found nothing that holds.
+    """
+    tuning = tuning_from(folder, configuration(folder).values, MEANING)
+    over = os.path.lexists(folder / RESULT)
+    best = _concluded(folder / RESULT) if over else _so_far(folder, tuning)
+    found = FoundController(Path(os.path.abspath(folder)).name, tuning, best)
+    (built,) = tuning.design.filters(best[None])
+    if built is None or not moderate(built):
+        raise RunError(f"{folder} is damaged: no filter can be built from its best parameters")
+    return found
