@@ -13,7 +13,7 @@ from typing import Any
 
 from flexsim.loop.hardware import HARDWARE
 from studies.core.options import HardwareNumberOptions
-from studies.tuning.found import FoundController, label_of, run_named
+from studies.tuning.found import FoundController, controllers_of, label_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Given:
 
 
 def given_runs(names: Sequence[str], others: Sequence[str] = ()) -> dict[str, Given]:
-    """Return runs by the names of their folders, numbered where folders have the same.
+    """Return runs by the names of their folders, of runs of one name the later numbered.
 
     Args:
         names: of folders. others: what would have done as well, for messages.
@@ -42,11 +42,9 @@ def given_runs(names: Sequence[str], others: Sequence[str] = ()) -> dict[str, Gi
     Raises:
         ParameterError: there is no such folder. RunError: it has no controller.
     """
-    found = {name: run_named(name, others) for name in names}
-    labels = [label_of(each) for each in found.values()]
-    given = {}
-    for i, (name, each) in enumerate(found.items(), start=1):
-        label = label_of(each)
-        group = f"run {label}" if labels.count(label) == 1 else f"run {label} ({i})"
-        given[name] = Given(each, group)
-    return given
+    every = controllers_of(names, others)
+    return {
+        name: Given(each, label_of(each))
+        for name, each in every.items()
+        if isinstance(each, FoundController)
+    }

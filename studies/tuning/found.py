@@ -221,9 +221,32 @@ def run_named(name: str, others: Sequence[str] = ()) -> FoundController:
     )
 
 
+def controllers_of(names: Sequence[str], others: Sequence[str] = ()) -> dict[str, AnyController]:
+    """Return several controllers by what they are called, of runs of one name the later numbered.
+
+    Args:
+        names: of controllers or folders. others: what would have done as well, for messages.
+
+    Raises:
+        ParameterError, RunError: as `controller_of`.
+    """
+    found: dict[str, AnyController] = {}
+    labels: list[str] = []
+    for name in names:
+        each = OWN[name] if name in OWN else run_named(name, others)
+        if isinstance(each, FoundController):
+            label = plain(each.name)
+            labels.append(label)
+            if (count := labels.count(label)) > 1:
+                each = replace(each, name=f"{label} ({count})")
+        found[name] = each
+    return found
+
+
 def label_of(controller: AnyController) -> str:
-    """Return a controller's name as tables, figures and files have it, see `plain`."""
-    return plain(controller.name)
+    """Return what a controller is called in tables, figures and files: plain, runs as such."""
+    run = "run " if isinstance(controller, FoundController) else ""
+    return run + plain(controller.name)
 
 
 def devised_for(controller: AnyController) -> str:
