@@ -4,7 +4,8 @@ b, a = fractional_pid(Gains(100.0, 0.5, 1.0, -0.1, 0.0), period=1e-3)
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
@@ -70,6 +71,16 @@ class Controller:
             fractional_pid(self.joint1, period, realisation, terms),
             fractional_pid(self.joint2, period, realisation, terms),
         )
+
+    def scaled(self, factors: Sequence[float]) -> "Controller":
+        """Return the same with gains k1 to k6 times factors (6,)."""
+        first, second = (
+            replace(gains, k1=gains.k1 * f1, k2=gains.k2 * f2, k3=gains.k3 * f3)
+            for gains, (f1, f2, f3) in zip(
+                (self.joint1, self.joint2), (factors[:3], factors[3:]), strict=True
+            )
+        )
+        return replace(self, joint1=first, joint2=second)
 
 
 def fractional_pid(

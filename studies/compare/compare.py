@@ -44,7 +44,8 @@ from studies.compare.rows import (
 from studies.compare.tasks import (
     DITHERED,
     MIRRORED,
-    OURS,
+    OF_IDEAL,
+    TABLE,
     TRUE_TIP,
     CompareConfig,
     Task,
@@ -56,7 +57,8 @@ from studies.core.carry_out import Study, ticker
 from studies.core.evidence.check_sample import NO_CHECK
 from studies.core.evidence.intervals import difference_interval, known_ends, ratio_interval
 from studies.core.evidence.repeats import counts, perturbed, summary
-from studies.core.paper import paper_envelopes
+from studies.core.paper import case_envelopes
+from studies.tuning.found import v_gain_of
 
 HELD_AGAIN = 159  # repeats at most of a loop with a long hold, beside the run of its own gains
 Filters = tuple[Filter, Filter]
@@ -83,7 +85,7 @@ def stage_of(task: Task, plant: Plant, config: CompareConfig) -> Stage:
             friction=chosen.friction,
             dither=task.reference == DITHERED,
         )
-    return Stage(plant, in_closed_form(plant)[0], ref, chosen)
+    return Stage(plant, in_closed_form(plant)[0], ref, chosen, v_gain_of(task.controller))
 
 
 def run_task(
@@ -120,9 +122,10 @@ def _with_ends(found: Mapping[str, float | None], name: str) -> tuple[float | No
 
 def row_of(task: Task, each: Repeated, config: CompareConfig) -> CompareRow:
     """Return the row of a case on one plant, without what compares it to another."""
-    simulation, laboratory = paper_envelopes(task.trajectory.name, task.label) or (None, None)
     plant, friction = each.stage.plant, each.stage.setting.friction
     hidden = dead_zone_error(task.controller.filters(config.period), friction)[1]
+    paper = case_envelopes(task.trajectory.name, task.devised)
+    simulation, laboratory = paper or (None, None)
     return CompareRow(
         controllers=task.label,
         trajectory=task.trajectory.name,
@@ -171,14 +174,15 @@ def run(config: CompareConfig, progress: Progress | None = None) -> Comparison:
         whole_substeps(config.period, plant.step)
     for path in dict.fromkeys(task.trajectory for task in todo):  # before anything runs
         reference(path, robot.parameters, config.period)
-    result = Comparison([], [], robot, mjcf_texts(plants, robot))
+    given = [each.found.facts for each in config.given.values()]
+    result = Comparison([], [], robot, mjcf_texts(plants, robot), given=given)
     for task in todo:
         rows, found = run_task(task, plants[task.setting], config)
         result.rows.extend(rows)
         result.cases.append(case_of(task, found, robot, config))
-        if config.holding and task.group == OURS:
+        if config.holding and task.group not in (OF_IDEAL, TABLE, TRUE_TIP):
             chosen = setting(task.setting, task.hardware)
-            mine = (task.trajectory, task.label, task.controller, config.period, robot)
+            mine = (task.trajectory, task.holder, task.controller, config.period, robot)
             result.holding.extend(holding_rows(found, chosen, *mine, held_again(task, config)))
         advance()
     return result

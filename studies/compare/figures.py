@@ -28,7 +28,7 @@ from studies.core.figures import (
     name_lines,
     style,
 )
-from studies.core.paper import PAPER_MARKERS, paper_envelopes
+from studies.core.paper import PAPER_MARKERS, case_envelopes
 
 REFERENCE_STYLE: dict[str, Any] = {"color": "0.74", "linewidth": 7.5, "linestyle": (0, (1.4, 0.6))}
 CASE_HEIGHT = 9.5  # [in]
@@ -161,7 +161,7 @@ def summary_figure(rows: Sequence[CompareRow]) -> Figure:
     for row, name in lines.items():
         height = names.index(name)
         _draw_row(axes, row, height - offsets[row.plant])
-        paper = paper_envelopes(row.trajectory, row.controllers) or ()
+        paper = case_envelopes(row.trajectory, row.devised) or ()
         for value, (_, marker) in zip(paper, PAPER_MARKERS, strict=False):
             axes.plot(value, height, marker, color="0.15", markersize=13, markeredgewidth=2)
     log_ticks(axes)

@@ -1,6 +1,6 @@
 """Which of our loops hold, in the words of a comparison: a row per loop and plant.
 
->>> rows = holding_rows(found, setting, trajectory, "tuned line", controller, PERIOD, robot)
+>>> rows = holding_rows(found, setting, trajectory, "line", controller, PERIOD, robot)
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def holding_rows(
     found: Sequence[Repeated],
     setting: Setting,
     trajectory: Trajectory,
-    label: str,
+    holder: str,
     controller: Any,
     period: float,
     robot: Robot,
@@ -30,13 +30,13 @@ def holding_rows(
 
     Args:
         found: the case on every plant. repeats: of the controller, run as well where plants are
-            fast enough. label: of the controllers, its last word what they are for.
+            fast enough. holder: whose controllers, or what they are for.
     """
     plants = [each.stage.simulated for each in found]
     mine = [repeats if each.stage.repeats else () for each in found]
-    held = holdings(plants, setting, trajectory, controller, period, robot, repeats=mine)
-    devised = label.rsplit(" ", 1)[1]
+    how: dict[str, Any] = {"v_gain": found[0].stage.v_gain, "repeats": mine}
+    held = holdings(plants, setting, trajectory, controller, period, robot, **how)
     return [
-        HoldingRow.of(trajectory.name, devised, each.stage.plant.name, one)
+        HoldingRow.of(trajectory.name, holder, each.stage.plant.name, one)
         for each, one in zip(found, held, strict=True)
     ]

@@ -24,7 +24,7 @@ from flexsim.loop.measuring import yardstick
 from flexsim.loop.metrics import envelope_half_width, measures, rms_distance
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import closed_loop, evaluate, measure, measured_figures
-from flexsim.loop.settings import Setting
+from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -47,12 +47,16 @@ NOMINAL_ONLY = ("exudyn",)  # plants too slow to be repeated: one run, with the 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """Where a case runs: a plant, what its repeats are simulated by, the reference, the setting."""
+    """Where a case runs: a plant, what its repeats are simulated by, the reference, the setting.
+
+    v_gain: factor of atan(v/(r+L)) in the loop, -1 in the paper.
+    """
 
     plant: Plant
     simulated: Plant
     reference: Reference
     setting: Setting
+    v_gain: float = V_GAIN
 
     @property
     def repeats(self) -> bool:
@@ -100,7 +104,8 @@ def batch(
     """
     plant, ref = stage.simulated, stage.reference
     yard = yardstick(ref, hold)
-    found = evaluate(plant, stage.setting, ref, filters, 1, threads, yard, first_run=first)
+    how: dict[str, Any] = {"first_run": first, "v_gain": stage.v_gain}
+    found = evaluate(plant, stage.setting, ref, filters, 1, threads, yard, **how)
     runs, rows, m = (*found.states.shape[:2], found.states.shape[2] // 2)
     q = found.states[..., :m].reshape(runs * rows, m)
     along, across = plant.deflection(q)
@@ -166,7 +171,8 @@ def repeated(
 def _once(stage: Stage, nominal: Any, hold: float, threads: int | None) -> Repeated:
     """Return what came of one run with the gains as they are."""
     ref = stage.reference
-    (motion,) = closed_loop(stage.plant, stage.setting, ref, [nominal], threads=threads)
+    how: dict[str, Any] = {"threads": threads, "v_gain": stage.v_gain}
+    (motion,) = closed_loop(stage.plant, stage.setting, ref, [nominal], **how)
     figures = measures(motion, ref, hold)
     envelopes = values_of([figures], "envelope")
     return Repeated(stage, single(figures), envelopes, motion, 1, "one run, gains as they are")
@@ -183,6 +189,7 @@ def _shown(
     """Return what came of repeats, with the run that is shown, and MuJoCo's own where it is due."""
     found, envelopes = medians(figures), values_of(figures, "envelope")
     chosen = middle_run(figures)
+    how: dict[str, Any] = {"threads": threads, "v_gain": stage.v_gain}
 
     def motion_of(run: int) -> Motion:
         (motion,) = closed_loop(
@@ -190,8 +197,8 @@ def _shown(
             stage.setting,
             stage.reference,
             [filters[run]],
-            threads=threads,
             first_run=run,
+            **how,
         )
         return motion
 
@@ -200,7 +207,7 @@ def _shown(
         return Repeated(stage, found, envelopes, motion, chosen + 1, words, band)
     sample = filters[: min(SAMPLE, found.runs)]
     ref = stage.reference
-    own = measure(stage.plant, stage.setting, ref, sample, hold, threads=threads)
+    own = measure(stage.plant, stage.setting, ref, sample, hold, **how)
     widths = values_of(own, "envelope")
     middle = found.envelope
     if middle is not None and not _belongs(motion, ref, envelopes[chosen], found):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -124,20 +124,30 @@ def tables(result: Comparison) -> list[Table]:
     """Return the rows, and what is shown of them: our controllers, Table 2's, the true tip."""
     plants = " | ".join(dict.fromkeys(spoken(row.plant) for row in result.rows))
     shown = [Table(result.rows, key="rows", file="results.csv")]
-    for group, name in TITLES.items():
+    present = dict.fromkeys(row.group for row in result.rows)
+    for group in (*(each for each in TITLES if each in present), *_runs(present)):
         mine = [row for row in result.rows if row.group == group]
-        if not mine:
-            continue
-        title = f"{name}, setting {mine[0].setting}, hardware {mine[0].hardware}"
+        title = TITLES.get(group) or _called(mine[0])
+        title += f", setting {mine[0].setting}, hardware {mine[0].hardware}"
         title += ": envelope half-width [mm]"
         names = list(dict.fromkeys(row.plant for row in mine))
         line = ("trajectory", "controllers")
         note = f" {group_verdict(mine)}\n"
         shown.append(Table(mine, _columns(names), title, note, line=line, tight=True))
         shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", line=line))
-        if group == OURS:
+        if group not in (OF_IDEAL, TABLE):
             shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line, tight=True))
     return [*shown, holding_table(result.holding), _true_tip(result.rows)]
+
+
+def _runs(groups: Iterable[str]) -> list[str]:
+    """Return those of groups of cases that are runs of flexsim tune."""
+    return [each for each in groups if each not in TITLES and each != TRUE_TIP]
+
+
+def _called(row: CompareRow) -> str:
+    """Return what a run's controllers are called in a title."""
+    return f"Controllers of {row.group}, tuned for the {row.devised}"
 
 
 def _true_tip(rows: Sequence[CompareRow]) -> Table:
@@ -238,9 +248,10 @@ def figures(result: Comparison) -> Iterator[tuple[str, Figure]]:
 
 
 def facts(result: Comparison) -> dict[str, Any]:
-    """Return the names of the cases, as of figures and recordings; what was beyond itself."""
+    """Return the names of the cases, as of figures and recordings; what was beyond itself; runs."""
     cases = [case.name for case in result.cases]
-    return {"cases": cases, "beyond": beyond_itself(result)}
+    given = {"runs": result.given} if result.given else {}
+    return {"cases": cases, "beyond": beyond_itself(result), **given}
 
 
 def files(folder: Path, config: Any, result: Comparison) -> None:

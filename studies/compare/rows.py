@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from flexsim.plants.base import Plant
 from flexsim.recording.case import Case
@@ -79,7 +80,12 @@ class CompareRow:
     @property
     def case(self) -> str:
         """The trajectory, and whose controllers if it is another's."""
-        return case_name(self.trajectory, self.controllers.rsplit(" ", 1)[1])
+        return case_name(self.trajectory, self.devised)
+
+    @property
+    def devised(self) -> str:
+        """The trajectory that the controllers are for, the last word of their label."""
+        return self.controllers.rsplit(" ", 1)[1]
 
 
 @dataclass(frozen=True)
@@ -102,13 +108,14 @@ class TrueTipRow:
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """Rows for the table, a row per plant and case, cases for figures; MJCF texts by file name;
-    whether our loops hold, unless it was not asked."""
+    whether our loops and runs' hold, unless it was not asked; what runs of flexsim tune gave."""
 
     rows: list[CompareRow]
     cases: list[Case]
     robot: Robot
     mjcf: dict[str, str]
     holding: list[HoldingRow] = field(default_factory=list)
+    given: list[dict[str, Any]] = field(default_factory=list)
 
 
 def mjcf_texts(plants: Mapping[str, Sequence[Plant]], robot: Robot) -> dict[str, str]:

@@ -8,20 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
-from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
-from flexsim.errors import ParameterError
+from controllers import TABLE_2, TUNED, TUNED_IDEAL
 from flexsim.loop.hardware import HARDWARE, IDEAL, Hardware, overridden
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, trajectory
 from flexsim.numerics.clocks import PERIOD
+from studies.compare.given import Given, given_runs
 from studies.core.paper import CASES, FIGURE_OF, PLANTS
-from studies.core.study_options import LoopOptions, Out
+from studies.core.study_options import Controllers, LoopOptions, Out
+from studies.core.text import word
+from studies.tuning.found import DEVISED, AnyController
 
 OURS, OF_IDEAL, TABLE, TRUE_TIP = "ours", "ideal", "table2", "true tip"  # groups of cases
 SETS = (OURS, OF_IDEAL, TABLE)
+SET_OF = {
+    each.name: group
+    for group, table in zip(SETS, (TUNED, TUNED_IDEAL, TABLE_2), strict=True)
+    for each in table.values()
+}
 BENCH = "bench"
 OWN = "own"  # hardware: that which each set of controllers is for
 MIRRORED, TO_TIP, DITHERED = "mirrored tip", "true tip", "true tip, dithered"  # references
@@ -37,12 +45,14 @@ class CompareConfig(LoopOptions):
     out: Out = Path("runs/compare")
     quick: bool = False
     """Two runs behind each median only: no intervals, and nothing on holding."""
-    controllers: tuple[str, ...] = (OURS,)
-    """ours, which hold on a bench; ideal, tuned in the paper's ideal loop; table2, the paper's
-    own, in the setting reconstructed."""
+    controllers: Controllers = (OURS,)
+    """Sets: ours, which hold on a bench; ideal, tuned in the paper's ideal loop; table2, the
+    paper's own, in the setting reconstructed. And on all three trajectories: one of a set, by its
+    name as in flexsim stability, or folders of runs of flexsim tune."""
     hardware: str = OWN
     """ideal, delayed (a sample of delay), bench (assumed: that delay, 10 and 5 N m, 8192 counts a
-    turn, 0.1 mm of noise on v); or own: bench for our controllers, else ideal."""
+    turn, 0.1 mm of noise on v); or own: bench for our controllers, the last of these that a run of
+    flexsim tune had, else ideal."""
     plants: tuple[str, str] = PLANTS
     """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
     untuned[:N], rod, exudyn[:N]: the last slow, for one nominal run (--perturbations 1)."""
@@ -74,15 +84,26 @@ class CompareConfig(LoopOptions):
         """Our trajectories by their names."""
         return {"line": self.line, "two-loop": self.two_loop, "circle": self.circle}
 
+    @cached_property
+    def given(self) -> dict[str, Given]:
+        """Runs of flexsim tune, by what they are called in `controllers`; read once.
+
+        Raises:
+            ParameterError: one is neither a set, nor a controller, nor such a run.
+            RunError: a run has no controller.
+        """
+        runs = [name for name in self.controllers if name not in SETS and name not in SET_OF]
+        return given_runs(runs, SETS)
+
     @property
     def built(self) -> Hardware:
         """The hardware of the first set of controllers asked for."""
-        return self.built_for(self.sets()[0] if self.controllers else OURS)
+        return self.built_for(self.groups()[0] if self.controllers else OURS)
 
     @property
     def hardware_words(self) -> str:
         """The hardware in words, set by set where they differ."""
-        each = {group: self.built_for(group).words() for group in self.sets()}
+        each = {group: self.built_for(group).words() for group in self.groups()}
         if len(set(each.values())) == 1:
             return self.built.words()
         return "; ".join(f"{group}: {words}" for group, words in each.items())
@@ -93,23 +114,24 @@ class CompareConfig(LoopOptions):
         Raises:
             ParameterError: there is none of that name, or a number is out of range.
         """
-        name = self.hardware
+        numbers, name = self.hardware_numbers, self.hardware
         if name == OWN:
             name = "ideal" if group in (OF_IDEAL, TABLE) else BENCH
-        return overridden(seed=self.seed, **self.hardware_numbers | {"hardware": name})
+            for each in self.given.values():
+                if each.group == group:
+                    name, own = each.hardware
+                    numbers |= {key: own[key] for key in own if numbers[key] is None}
+        return overridden(seed=self.seed, **numbers | {"hardware": name})
 
-    def sets(self) -> tuple[str, ...]:
-        """Return the sets of controllers asked for.
+    def groups(self) -> tuple[str, ...]:
+        """Return the groups of cases asked for: sets of controllers, runs of flexsim tune."""
+        return tuple(dict.fromkeys(self.group_of(name) for name in self.controllers))
 
-        Raises:
-            ParameterError: one of them is none.
-        """
-        for each in self.controllers:
-            if each not in SETS:
-                raise ParameterError(
-                    f"controllers {each!r} are unknown; choose of {', '.join(SETS)}"
-                )
-        return self.controllers
+    def group_of(self, name: str) -> str:
+        """Return the group of what `controllers` names: a set, one of a set, or a run."""
+        if name in SETS:
+            return name
+        return SET_OF[name] if name in SET_OF else self.given[name].group
 
 
 @dataclass(frozen=True)
@@ -118,12 +140,22 @@ class Task:
 
     trajectory: Trajectory
     label: str
-    controller: Controller
+    controller: AnyController
     setting: str
     name: str
     group: str = OURS
     reference: str = MIRRORED
     hardware: Hardware = IDEAL
+
+    @property
+    def devised(self) -> str:
+        """The trajectory that the controllers are for, the last word of their label."""
+        return self.label.rsplit(" ", 1)[1]
+
+    @property
+    def holder(self) -> str:
+        """Whose loop it is, where it is said which hold: what a set has it for, or the run."""
+        return self.devised if self.group in SETS else self.group
 
 
 def hardware_name(hardware: Hardware) -> str:
@@ -135,15 +167,38 @@ def hardware_name(hardware: Hardware) -> str:
 
 
 def tasks(config: CompareConfig) -> list[Task]:
-    """Return the cases: of the sets of controllers asked for, then those for the true tip.
+    """Return the cases: of the controllers asked for, each once, then those for the true tip.
 
     Raises:
-        ParameterError: a set of controllers is unknown.
+        ParameterError: controllers are unknown, or for another control period.
+        RunError: a run has no controller.
     """
-    found = [
-        _task(config, group, shape, devised) for group in config.sets() for shape, devised in CASES
+    found = [each for name in config.controllers for each in _tasks_of(config, name)]
+    once = {each.name: each for each in reversed(found)}  # the first of a name
+    mine = [each for each in found if once[each.name] is each]
+    return mine + (true_tip_tasks(config) if config.true_tip else [])
+
+
+def _tasks_of(config: CompareConfig, name: str) -> list[Task]:
+    """Return the cases of a set; or of one controller, on all trajectories."""
+    if name in SETS:
+        return [_task(config, name, shape, devised) for shape, devised in CASES]
+    if name in SET_OF:
+        return [_task(config, SET_OF[name], shape, DEVISED[name]) for shape in TRAJECTORIES]
+    given = config.given[name]
+    given.found.filters(config.period)  # refuses another
+    return [
+        Task(
+            path,
+            f"{given.group} {given.found.tuning.trajectory}",
+            given.found,
+            config.setting,
+            f"{word(given.group)}_{shape}",
+            given.group,
+            hardware=config.built_for(given.group),
+        )
+        for shape, path in config.shapes.items()
     ]
-    return found + (true_tip_tasks(config) if config.true_tip else [])
 
 
 def _task(config: CompareConfig, group: str, shape: str, devised: str) -> Task:

@@ -36,3 +36,8 @@ def paper_envelopes(trajectory: str, controllers: str) -> tuple[float, float] | 
 def case_name(trajectory: str, devised: str) -> str:
     """Return 'line', or 'line by two-loop' for controllers devised for another trajectory."""
     return trajectory if trajectory == devised else f"{trajectory} by {devised}"
+
+
+def case_envelopes(trajectory: str, devised: str) -> tuple[float, float] | None:
+    """Return the same of one of the paper's cases, None for any other."""
+    return paper_envelopes(trajectory, devised) if (trajectory, devised) in CASES else None

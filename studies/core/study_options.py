@@ -36,6 +36,7 @@ SettingName = Annotated[
         "or reconstructed, a fit."
     ),
 ]
+Controllers = Annotated[tuple[str, ...], tyro.conf.arg(aliases=["--controller"])]
 Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
 
 

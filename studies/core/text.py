@@ -4,9 +4,15 @@
 'two\\\\nlines.xml'
 >>> one_line("first,\\n  then \\x1b[31mred")
 'first, then \\\\x1b[31mred'
+>>> plain("a*/b\\n$c"), word("2nd run (new)")
+('a__b__c', '2nd_run_new')
 """
 
 from __future__ import annotations
+
+import re
+
+LONGEST = 60  # characters of a plain name
 
 
 def spelled(name: object) -> str:
@@ -17,3 +23,16 @@ def spelled(name: object) -> str:
 def one_line(text: object) -> str:
     """Return a text of several lines as one, control characters escaped."""
     return spelled(" ".join(str(text).split()))
+
+
+def plain(name: object) -> str:
+    """Return a name of ASCII letters, digits, blanks and `-+.,()`, all else an underscore.
+
+    So it is neither markup, nor a formula, nor the end of a comment, wherever it is written.
+    """
+    return re.sub(r"[^A-Za-z0-9 +.,()-]", "_", str(name))[:LONGEST].strip() or "_"
+
+
+def word(name: object) -> str:
+    """Return a name as one word of ASCII letters, digits, dashes and underscores, for files."""
+    return re.sub(r"[^A-Za-z0-9-]+", "_", plain(name)).strip("_-") or "unnamed"

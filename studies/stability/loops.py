@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from controllers import Controller
 from flexsim.linear.delay_margin import delay_margin
 from flexsim.linear.growth import quantised
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions, linear_loop
@@ -18,6 +17,7 @@ from flexsim.loop.control.stacking import stack
 from flexsim.plants.base import Plant
 from studies.stability.rows import LoopRow
 from studies.stability.simulated import simulated_growth
+from studies.tuning.found import AnyController, label_of
 
 POLES_SHOWN = 4
 EXACT = "exact"  # the name of the beam that is not stepped
@@ -31,7 +31,7 @@ def held(plant: Plant, options: LoopOptions) -> LoopOptions:
 def loop_row(
     plant: Plant,
     undamped: Plant,
-    devised: Controller,
+    devised: AnyController,
     theta2: float,
     options: LoopOptions,
     slack: float,
@@ -57,7 +57,7 @@ def loop_row(
     highs = [both[1], *(found.gain_high for found in each.values())]
     return LoopRow(
         plant=plant.name,
-        controllers=devised.name,
+        controllers=label_of(devised),
         theta2=theta2,
         hold=own.hold,
         stable=growth <= slack,

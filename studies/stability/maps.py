@@ -6,12 +6,13 @@ Table 2's agree (`Gains.from_milliseconds`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from controllers import Controller, Gains, fractional_pid
+from controllers import Gains, fractional_pid
 from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, spectral_radii
 from flexsim.loop.control.stacking import stack
@@ -19,6 +20,8 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from studies.tuning.distributions import TABLE_1
+from studies.tuning.found import AnyController, FoundController, label_of
+from studies.tuning.individuals import TEXTBOOK, Filters
 
 MEAN, DEVIATION = np.transpose([draw.numbers for draw in TABLE_1.draws])  # time in milliseconds
 MAP_DECADES = 1.0  # of k, to either side of Table 1's mean
@@ -45,26 +48,59 @@ class StabilityMap:
     own: tuple[float, float]
 
 
+def has_map(devised: AnyController) -> bool:
+    """Return whether a controller has orders to vary: textbook PIDs do not."""
+    return not (isinstance(devised, FoundController) and devised.tuning.realisation == TEXTBOOK)
+
+
 def stability_map(
-    plant: Plant, devised: Controller, joint: int, theta2: float, options: LoopOptions, points: int
+    plant: Plant,
+    devised: AnyController,
+    joint: int,
+    theta2: float,
+    options: LoopOptions,
+    points: int,
 ) -> StabilityMap:
     """Return the map of one joint's (k, nu), points x points; joint: 0 or 1."""
     mean = float(MEAN[5 * joint])
     k = mean * np.logspace(-MAP_DECADES, MAP_DECADES, points)
     nu = np.linspace(*MAP_ORDERS, points)
+    pairs = _varied(devised, joint, np.tile(k, points), np.repeat(nu, points), options.period)
+    able = [i for i, pair in enumerate(pairs) if pair is not None]
+    growth = np.full(points * points, np.inf)
+    stacked = stack([pairs[i] for i in able], options.period)
+    growth[able] = growth_rates(spectral_radii(plant, theta2, stacked, options), options.period)
+    grid = growth.reshape(points, points)
+    own = _leading(devised, joint)
+    return StabilityMap(plant.name, label_of(devised), joint + 1, theta2, k, nu, grid, own)
+
+
+def _leading(devised: AnyController, joint: int) -> tuple[float, float]:
+    """Return a joint's leading gain [N m ms^nu/rad] and order."""
+    if isinstance(devised, FoundController):
+        k, nu = devised.parameters[5 * joint : 5 * joint + 2]
+        return float(k), float(nu)
     gains = devised.joint2 if joint else devised.joint1
-    fixed = devised.filters(options.period)
-    pairs = []
-    for order in nu:
-        for gain in k:
-            changed = replace(gains, k1=gain / 1000.0**order, nu1=float(order))
-            mine = fractional_pid(changed, options.period)
-            pairs.append((fixed[0], mine) if joint else (mine, fixed[1]))
-    radii = spectral_radii(plant, theta2, stack(pairs, options.period), options)
-    growth = growth_rates(radii, options.period).reshape(points, points)
     order = float(gains.nu1 or 0.0)
-    own = (gains.k1 * 1000.0**order, order)
-    return StabilityMap(plant.name, devised.name, joint + 1, theta2, k, nu, growth, own)
+    return gains.k1 * 1000.0**order, order
+
+
+def _varied(
+    devised: AnyController, joint: int, k: Array, nu: Array, period: float
+) -> Sequence[Filters | None]:
+    """Return filters with a joint's leading gains (K,) [N m ms^nu/rad] and orders (K,) instead."""
+    if isinstance(devised, FoundController):
+        parameters = np.tile(devised.parameters, (len(k), 1))
+        parameters[:, 5 * joint], parameters[:, 5 * joint + 1] = k, nu
+        return devised.tuning.design.filters(parameters)
+    gains = devised.joint2 if joint else devised.joint1
+    fixed = devised.filters(period)
+    pairs: list[Filters | None] = []
+    for gain, order in zip(k, nu, strict=True):
+        changed = replace(gains, k1=gain / 1000.0**order, nu1=float(order))
+        mine = fractional_pid(changed, period)
+        pairs.append((fixed[0], mine) if joint else (mine, fixed[1]))
+    return pairs
 
 
 def draw(count: int, rng: np.random.Generator) -> list[Any]:

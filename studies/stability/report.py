@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -144,6 +145,11 @@ def verdict(result: StabilityResult) -> str:
             f"{1e3 * late:.3g} ms."
         )
     return " ".join(said)
+
+
+def facts(result: StabilityResult) -> dict[str, Any]:
+    """Return the controllers of runs of flexsim tune, if there are any."""
+    return {"runs": result.given} if result.given else {}
 
 
 def figures(result: StabilityResult) -> Iterator[tuple[str, Figure]]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from studies.stability.maps import StabilityMap
 
@@ -96,7 +97,8 @@ class ZeroRow:
 
 @dataclass(frozen=True, eq=False)
 class StabilityResult:
-    """Rows of the tables, maps; the growth called stable [1/s], mode 1's damping ratio."""
+    """Rows of the tables, maps; the growth called stable [1/s], mode 1's damping ratio; what runs
+    of flexsim tune gave."""
 
     rows: list[LoopRow]
     maps: list[StabilityMap]
@@ -104,3 +106,4 @@ class StabilityResult:
     zeros: list[ZeroRow]
     slack: float
     zeta: float
+    given: list[dict[str, Any]] = field(default_factory=list)

@@ -21,7 +21,7 @@ from typing import ClassVar
 import numpy as np
 from rich.progress import Progress
 
-from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
+from controllers import TUNED
 from flexsim.errors import ParameterError
 from flexsim.linear.exact_loop import exact_plant
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates, loop_options
@@ -35,13 +35,20 @@ from flexsim.robot import Robot, plant_kind
 from studies.core.carry_out import Study, ticker
 from studies.core.evidence.intervals import share_of
 from studies.core.paper import PLANTS
-from studies.core.study_options import ModelOptions, Out, SeedOptions, StudyOptions
+from studies.core.study_options import Controllers, ModelOptions, Out, SeedOptions, StudyOptions
 from studies.stability import report
 from studies.stability.loops import EXACT, held, loop_row
-from studies.stability.maps import draw, stability_map
+from studies.stability.maps import draw, has_map, stability_map
 from studies.stability.rows import DrawsRow, StabilityResult
 from studies.stability.simulated import simulated_rates
 from studies.stability.zeros import zero_rows
+from studies.tuning.found import (
+    AnyController,
+    FoundController,
+    controllers_of,
+    period_of,
+    v_gain_of,
+)
 
 COMPARED = 200  # draws that are also simulated
 SIMULATED = 1500  # samples
@@ -65,9 +72,9 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     """all: exact (12 modes, exact hold), assumed-modes and chain; both: the latter two; or one of
     exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
     exudyn[:N]."""
-    controllers: tuple[str, ...] = tuple(TUNED)
+    controllers: Controllers = tuple(TUNED)
     """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
-    ideal-circle; of Table 2 figure-3, figure-4, figure-5."""
+    ideal-circle; of Table 2 figure-3, figure-4, figure-5; or folders of runs of flexsim tune."""
     setting: str = "none"
     """Setting whose motors and small-signal friction apply: none, simulink, jump, opposing or
     reconstructed."""
@@ -83,19 +90,6 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     """Random draws from Table 1 to screen, on the middle pose."""
     zero_draws: int = 2000
     """Random draws from Table 1 of which the first stable ones are shown beside the zero."""
-
-
-def controller(name: str) -> Controller:
-    """Return one of our controllers or of Table 2's.
-
-    Raises:
-        ParameterError: there is none of that name.
-    """
-    ideal = {each.name: each for each in TUNED_IDEAL.values()}
-    known = {**TUNED, **ideal, **TABLE_2}
-    if name not in known:
-        raise ParameterError(f"controller {name!r} is unknown; choose of {', '.join(known)}")
-    return known[name]
 
 
 def _check(config: StabilityConfig) -> None:
@@ -167,6 +161,11 @@ def options_of(config: StabilityConfig) -> LoopOptions:
     return loop_options(friction, PERIOD, config.hold, config.torque_gain, config.built)
 
 
+def own_options(options: LoopOptions, devised: AnyController) -> LoopOptions:
+    """Return the options with a controller's own period, and what its loop makes of v."""
+    return replace(options, period=period_of(devised), v_gain=v_gain_of(devised))
+
+
 def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityResult:
     """Return poles, margins, maps and screenings.
 
@@ -175,29 +174,31 @@ def run(config: StabilityConfig, progress: Progress | None = None) -> StabilityR
     """
     config = config.asked()
     _check(config)
-    devised = [controller(name) for name in config.controllers]
+    devised = list(controllers_of(config.controllers).values())
     robot = config.robot_of()
     plants, poses, options = plants_of(config, robot), poses_of(config), options_of(config)
     joints = (0, 1) if config.map_points else ()
-    steps = len(plants) * len(devised) * (len(poses) + len(joints))
+    mapped = [each for each in devised if has_map(each)]
+    steps = len(plants) * (len(devised) * len(poses) + len(mapped) * len(joints))
     advance = ticker(progress, "stability", steps)
-    result = StabilityResult([], [], [], [], config.slack, robot.parameters.zeta)
+    given = [each.facts for each in devised if isinstance(each, FoundController)]
+    result = StabilityResult([], [], [], [], config.slack, robot.parameters.zeta, given)
     middle = poses[len(poses) // 2]
     for plant, undamped in zip(plants, undamped_plants(config), strict=True):
-        own = held(plant, options)
         for each in devised:
+            mine = own_options(options, each)
             for pose in poses:
-                result.rows.append(loop_row(plant, undamped, each, pose, options, config.slack))
+                result.rows.append(loop_row(plant, undamped, each, pose, mine, config.slack))
                 advance()
-            for joint in joints:
-                result.maps.append(
-                    stability_map(plant, each, joint, middle, own, config.map_points)
-                )
+            for joint in joints if each in mapped else ():
+                where = (middle, held(plant, mine), config.map_points)
+                result.maps.append(stability_map(plant, each, joint, *where))
                 advance()
         if config.screen and plant.name != EXACT:
             result.draws.append(draws_row(plant, middle, options, config))
     parameters = setting(config.setting).applied(robot.parameters)
-    shown = (parameters, middle, devised, options, config.zero_draws, config.seed)
+    mirrored = [each for each in devised if v_gain_of(each) == options.v_gain]
+    shown = (parameters, middle, mirrored, options, config.zero_draws, config.seed)
     result.zeros.extend(zero_rows(*shown))
     return result
 
@@ -227,4 +228,4 @@ def draws_row(
     )
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(run, report.tables, report.verdict, report.figures, report.facts)

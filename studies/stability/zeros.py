@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from controllers import Controller, textbook_pid
+from controllers import textbook_pid
 from flexsim.arm.parameters import Parameters
 from flexsim.linear.exact_loop import exact_growth, exact_plant, exact_sampled
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
@@ -23,6 +24,7 @@ from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.control.stacking import stack
 from studies.stability.maps import draw
 from studies.stability.rows import ZeroRow
+from studies.tuning.found import AnyController, label_of, period_of
 
 FACTORS = (0.3, 1.0, 3.0)  # of both gains
 SHOWN = 3  # stable draws of Table 1
@@ -32,7 +34,7 @@ PD_GAINS = ((50.0, 8.0), (1.0, 0.1))  # [N m/rad], [N m s/rad] of both joints
 def zero_rows(
     parameters: Parameters,
     theta2: float,
-    devised: Sequence[Controller],
+    devised: Sequence[AnyController],
     options: LoopOptions,
     draws: int,
     seed: int,
@@ -40,16 +42,22 @@ def zero_rows(
     """Return the pole nearest to the zero, controllers by controllers.
 
     Args:
-        parameters: the robot. theta2: pose [rad]. devised: controllers, each at every factor.
+        parameters: the robot. theta2: pose [rad].
+        devised: controllers of loops that mirror the tip, each at every factor.
         options: of the loop. draws: of Table 1, of which the first stable ones are shown.
         seed: of the draws.
     """
-    sampled = exact_sampled(parameters, theta2, options)
+    periods = (options.period, *map(period_of, devised))
+    every = {
+        period: exact_sampled(parameters, theta2, replace(options, period=period))
+        for period in dict.fromkeys(periods)
+    }
+    sampled = every[options.period]
     zero = complex(held_motions(exact_plant(parameters).linearised(theta2), parameters.reach)[0])
     rows = []
-    for name, factor, controllers in _candidates(devised, options.period):
+    for name, factor, controllers, period in _candidates(devised, options.period):
         b, C, D = (factor * part for part in (controllers.b, controllers.C, controllers.D))
-        loop = LinearLoop(sampled, controllers._replace(b=b, C=C, D=D))
+        loop = LinearLoop(every[period], controllers._replace(b=b, C=C, D=D))
         rows.append(_row(name, factor, loop, zero, parameters.reach))
     if draws:
         drawn = stack(draw(draws, np.random.default_rng(seed)), options.period)
@@ -60,14 +68,16 @@ def zero_rows(
 
 
 def _candidates(
-    devised: Sequence[Controller], period: float
-) -> Iterator[tuple[str, float, Controllers]]:
+    devised: Sequence[AnyController], period: float
+) -> Iterator[tuple[str, float, Controllers, float]]:
+    """Give name, factor, controllers and control period [s]."""
     for each in devised:
+        own = period_of(each)
         for factor in FACTORS:
-            yield each.name, factor, stack([each], period)
+            yield label_of(each), factor, stack([each], own), own
     pair = tuple(textbook_pid(k, 0.0, d, period) for k, d in PD_GAINS)
     for factor in (1.0, 10.0):
-        yield "PD of little gain", factor, stack([pair], period)
+        yield "PD of little gain", factor, stack([pair], period), period
 
 
 def _row(name: str, factor: float, loop: LinearLoop, zero: complex, reach: float) -> ZeroRow:

@@ -3,23 +3,32 @@
     >>> found = found_in(Path("runs/circle"))
     >>> (b1, a1), (b2, a2) = found.filters(found.period)
 
-Of a run that was interrupted it is the best so far.
+Of a run that was interrupted it is the best so far. Where a controller may be one of those that
+come with flexsim, too, `controller_of` takes either:
+
+    >>> controller_of("circle"), controller_of("runs/circle")
 """
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.reading import read_text
+from flexsim.loop.settings import V_GAIN
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
+from studies.core.paper import FIGURE_OF
+from studies.core.text import plain, spelled
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import Filters, moderate
@@ -36,6 +45,12 @@ from studies.tuning.tuning import Tuning
 GAINS = tuple(NAMES.index(name) for name in NAMES if name.startswith("k"))  # k1 ... k6
 MEANING = ("trajectory", "controller", "realisation", "setting", "terms", "period", "filter_time")
 SAME = 1e-9  # relative: two periods that are one
+OWN = {each.name: each for table in (TUNED, TUNED_IDEAL, TABLE_2) for each in table.values()}
+DEVISED = {  # trajectory, by name
+    **{name: name for name in TUNED},
+    **{each.name: shape for shape, each in TUNED_IDEAL.items()},
+    **{figure: shape for shape, figure in FIGURE_OF.items()},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +71,22 @@ class FoundController:
     def period(self) -> float:
         """The control period that it was tuned with [s]."""
         return self.tuning.period
+
+    @property
+    def v_gain(self) -> float:
+        """Factor of atan(v/(r+L)) in the loop that it was tuned for, -1 in the paper."""
+        return self.tuning.v_gain
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a study's run keeps of it, to be read without the folder that it is from."""
+        how = {name: getattr(self.tuning, name) for name in MEANING}
+        return {
+            "name": spelled(self.name),
+            "parameters": dict(zip(NAMES, self.parameters.tolist(), strict=True)),
+            "v_gain": self.v_gain,
+            **how,
+        }
 
     def filters(self, period: float) -> Filters:
         """Return the filters ((b1, a1), (b2, a2)) in SI.
@@ -156,3 +187,80 @@ def found_in(folder: Path) -> FoundController:
     if built is None or not moderate(built):
         raise RunError(f"{folder} is damaged: no filter can be built from its best parameters")
     return found
+
+
+AnyController: TypeAlias = Controller | FoundController
+
+
+def controller_of(name: str) -> AnyController:
+    """Return a controller of ours or of Table 2 by its name, or that of a run by its folder.
+
+    A name comes before a folder of that name; `./circle`, with a slash, is always the folder.
+
+    Raises:
+        ParameterError: it is neither.
+        RunError: the folder has no controller, see `found_in`.
+    """
+    return OWN[name] if name in OWN else run_named(name)
+
+
+def run_named(name: str, others: Sequence[str] = ()) -> FoundController:
+    """Return the controller of a run by its folder; errors as `controller_of`.
+
+    Args:
+        name: of the folder. others: names that would have done as well, beside controllers'.
+    """
+    if os.path.dirname(name) or (name and os.path.isdir(name)):
+        return found_in(Path(name))
+    known = [*others, *OWN]
+    close = difflib.get_close_matches(name.lower(), known, n=1)
+    hint = f". Did you mean {close[0]}?" if close else ""
+    raise ParameterError(
+        f"controller {name!r} is unknown; choose of {', '.join(known)}, or give the folder of a "
+        f"run of flexsim tune{hint}"
+    )
+
+
+def controllers_of(names: Sequence[str], others: Sequence[str] = ()) -> dict[str, AnyController]:
+    """Return several controllers by what they are called, of runs of one name the later numbered.
+
+    Args:
+        names: of controllers or folders. others: what would have done as well, for messages.
+
+    Raises:
+        ParameterError, RunError: as `controller_of`.
+    """
+    found: dict[str, AnyController] = {}
+    labels: list[str] = []
+    for name in names:
+        each = OWN[name] if name in OWN else run_named(name, others)
+        if isinstance(each, FoundController):
+            label = plain(each.name)
+            labels.append(label)
+            if (count := labels.count(label)) > 1:
+                each = replace(each, name=f"{label} ({count})")
+        found[name] = each
+    return found
+
+
+def label_of(controller: AnyController) -> str:
+    """Return what a controller is called in tables, figures and files: plain, runs as such."""
+    run = "run " if isinstance(controller, FoundController) else ""
+    return run + plain(controller.name)
+
+
+def devised_for(controller: AnyController) -> str:
+    """Return the name of the trajectory that a controller was tuned for."""
+    if isinstance(controller, FoundController):
+        return controller.tuning.trajectory
+    return DEVISED[controller.name]
+
+
+def period_of(controller: AnyController) -> float:
+    """Return the control period that a controller is for [s]."""
+    return controller.period if isinstance(controller, FoundController) else PERIOD
+
+
+def v_gain_of(controller: AnyController) -> float:
+    """Return what a controller's loop makes of v: -1 mirrors the tip, as in the paper."""
+    return controller.v_gain if isinstance(controller, FoundController) else V_GAIN

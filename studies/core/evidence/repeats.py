@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 
-from controllers import Controller, Gains
 from studies.core.evidence.intervals import (
     median_interval,
     quantile,
@@ -23,25 +22,27 @@ from studies.core.evidence.intervals import (
     share_interval,
 )
 
+GAINS = 6  # k1 to k6 of both joints
 PERTURBATION = 1e-4  # relative: the fourth digit of each gain
 FIRST, MOST = 20, 320  # runs: with how many doubling begins, and where it ends
 WIDE = 5e-5  # [m] half of a digit printed: an envelope's interval need not be narrower
 WIDE_SHARE = 0.01  # of the median: nor than this
 
 
-def perturbed(controller: Controller, count: int, rng: np.random.Generator) -> list[Controller]:
+class Scalable(Protocol):
+    """A controller whose gains can be changed."""
+
+    def scaled(self, factors: Any) -> Self:
+        """Return the same with gains k1 to k6 times factors (6,)."""
+
+
+Some = TypeVar("Some", bound=Scalable)
+
+
+def perturbed(controller: Some, count: int, rng: np.random.Generator) -> list[Some]:
     """Return copies of a controller, every gain changed by a relative PERTURBATION (1 sd)."""
-
-    def shaken(gains: Gains) -> Gains:
-        factors = 1 + PERTURBATION * rng.standard_normal(3)
-        return replace(
-            gains, k1=gains.k1 * factors[0], k2=gains.k2 * factors[1], k3=gains.k3 * factors[2]
-        )
-
-    return [
-        replace(controller, joint1=shaken(controller.joint1), joint2=shaken(controller.joint2))
-        for _ in range(count)
-    ]
+    factors = 1 + PERTURBATION * rng.standard_normal((count, GAINS))
+    return [controller.scaled(each) for each in factors]
 
 
 def counts(asked: int | None = None) -> Iterator[int]:
