@@ -4,7 +4,18 @@ A room imports only `core` and the rooms before it in `ROOMS`; a test holds that
 """
 
 ROOMS = (
-    *("core", "tuning", "parity", "compare", "ladder", "converge", "stability", "reconstruct"),
+    *(
+        "core",
+        "tuning",
+        "spec",
+        "run",
+        "parity",
+        "compare",
+        "ladder",
+        "converge",
+        "stability",
+        "reconstruct",
+    ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "tools"),
     *("commands", "main"),
 )

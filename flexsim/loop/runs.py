@@ -176,27 +176,36 @@ def closed_loop(
     if stride < 1:
         raise ParameterError(f"stride is {stride}; give 1 or more")
     outcome = evaluate(plant, setting, reference, controllers, stride, **options)
-    motions = []
-    for i, time in enumerate(outcome.diverged):
-        ran = np.isfinite(outcome.states[i]).all(axis=1)
-        rows = len(ran) if ran.all() else int(np.argmin(ran))
-        shown = plant.observe(outcome.states[i, :rows], energy)
-        motions.append(
-            Motion(
-                plant=plant.name,
-                time=reference.time[::stride][:rows],
-                state=outcome.states[i, :rows],
-                torque=outcome.torques[i, :rows],
-                error=outcome.errors[i, :rows],
-                applied=outcome.applied[i, :rows],
-                measured=outcome.measured[i, :rows],
-                reference_tip=reference.tip[::stride][:rows],
-                reference_joint=reference.joint[::stride][:rows],
-                diverged=None if np.isnan(time) else float(time),
-                **vars(shown),
-            )
-        )
-    return motions
+    runs = range(len(outcome.indices))
+    return [motion_of(outcome, i, plant, reference, stride, energy) for i in runs]
+
+
+def motion_of(
+    outcome: Outcome,
+    run: int,
+    plant: Plant,
+    reference: Reference,
+    stride: int = 1,
+    energy: bool = True,
+) -> Motion:
+    """Return the recorded motion of one run of an outcome; arguments as of `closed_loop`."""
+    time, states = outcome.diverged[run], outcome.states[run]
+    samples = (len(reference.time) + stride - 1) // stride
+    ran = np.isfinite(states[:samples]).all(axis=1)
+    rows = samples if ran.all() else int(np.argmin(ran))
+    return Motion(
+        plant=plant.name,
+        time=reference.time[::stride][:rows],
+        state=states[:rows],
+        torque=outcome.torques[run, :rows],
+        error=outcome.errors[run, :rows],
+        applied=outcome.applied[run, :rows],
+        measured=outcome.measured[run, :rows],
+        reference_tip=reference.tip[::stride][:rows],
+        reference_joint=reference.joint[::stride][:rows],
+        diverged=None if np.isnan(time) else float(time),
+        **vars(plant.observe(states[:rows], energy)),
+    )
 
 
 @jit

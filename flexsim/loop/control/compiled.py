@@ -7,9 +7,10 @@ errors and v; what a controller does not have is zero and costs next to nothing.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
@@ -36,7 +37,7 @@ class Controllers(NamedTuple):
     C: Array
     D: Array
 
-    def chosen(self, which: slice | Array) -> Controllers:
+    def chosen(self, which: slice | NDArray[Any]) -> Controllers:
         """Return some of the controllers."""
         return Controllers(*(each[which] for each in self))
 

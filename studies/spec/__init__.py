@@ -1,0 +1,1 @@
+"""What a study file says: read with care, resolved to plain numbers, built into what runs."""
