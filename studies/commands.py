@@ -11,6 +11,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "CompareConfig",
         "run the controllers on both plants: table, figures",
     ),
+    "run": (
+        "run.run",
+        "RunConfig",
+        "carry out a study file of your own: one machine or a cluster",
+    ),
     "modes": (
         "parity.modes",
         "ModesConfig",

@@ -31,7 +31,9 @@ PACKAGES = ("flexsim", "mujoco", "numpy", "scipy", "numba", "rerun-sdk")
 
 
 @contextmanager
-def run_folder(out: Path, force: bool, later: Sequence[str] = ()) -> Iterator[Path]:
+def run_folder(
+    out: Path, force: bool, later: Sequence[str] = (), unfinished: bool = False
+) -> Iterator[Path]:
     """Give a new folder beside `out`, which becomes `out` when the block ends well.
 
     A run that is there is moved aside until the new one stands, and back if anything fails.
@@ -39,6 +41,7 @@ def run_folder(out: Path, force: bool, later: Sequence[str] = ()) -> Iterator[Pa
     Args:
         out: where the run goes. force: replace a run that is there already, if it is one of ours
             and holds nothing else. later: what the run writes after the block, as paths in it.
+        unfinished: whether the run goes on after the block, and may be continued if it is killed.
 
     Raises:
         RunError: `out` exists and may not be replaced, or cannot be written.
@@ -47,7 +50,7 @@ def run_folder(out: Path, force: bool, later: Sequence[str] = ()) -> Iterator[Pa
     with _beside(out) as private:
         with _spoken_of_as(out, private / NEW):
             yield private / NEW
-            sign(private / NEW, later)
+            sign(private / NEW, later, unfinished)
         with committing():
             require_free(out, force)
             _put_in_place(private, out)

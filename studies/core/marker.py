@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from flexsim.errors import RunError
+from flexsim.files.atomic import write_text
 from flexsim.files.reading import MIB, read_regular
 from flexsim.files.scratch import is_scratch, sweep
 
@@ -20,11 +21,25 @@ MARKER = ".flexsim-run"
 MARKER_MOST = 16 * MIB
 
 
-def sign(folder: Path, later: Sequence[str] = ()) -> None:
-    """Write the marker, which names all that is in a folder and what may be `later`."""
+def sign(folder: Path, later: Sequence[str] = (), unfinished: bool = False) -> None:
+    """Write the marker, which names all that is in a folder and what may be `later`.
+
+    Args:
+        unfinished: whether the run may be continued, and is spared until it has ended.
+    """
     parents = {str(parent) for name in later for parent in Path(name).parents} - {"."}
     holds = sorted({*(name for name, _ in _entries(folder)), *later, *parents})
-    (folder / MARKER).write_text(json.dumps({"flexsim": "run", "holds": holds}, indent=1) + "\n")
+    content = {"flexsim": "run", **({"unfinished": True} if unfinished else {}), "holds": holds}
+    write_text(folder / MARKER, json.dumps(content, indent=1) + "\n", "the marker")
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Return whether a folder holds a run of ours that may be continued."""
+    try:
+        content = json.loads(read_regular(folder / MARKER, MARKER_MOST, "marker"))
+        return bool(content["flexsim"] == "run" and content.get("unfinished"))
+    except (RunError, ValueError, KeyError, TypeError):
+        return False
 
 
 def require_ours(folder: Path) -> None:
@@ -43,8 +58,14 @@ def require_ours(folder: Path) -> None:
         if content["flexsim"] != "run":
             raise ValueError
         holds = {MARKER, *content["holds"]}
-    except (OSError, ValueError, KeyError, TypeError):
+        unfinished = bool(content.get("unfinished"))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise RunError(f"{folder} is not a run of ours (no {MARKER} in it); {spared}") from None
+    if unfinished:
+        raise RunError(
+            f"{folder} holds an unfinished run; continue it with flexsim run --out {folder} "
+            f"--resume, or remove it yourself: {spared}"
+        )
     for name, regular in _entries(folder):
         if name not in holds or not regular:
             raise RunError(

@@ -185,7 +185,7 @@ def _sobol(size: int, count: int, rng: np.random.Generator) -> Array:
         return np.asarray(qmc.Sobol(size, scramble=True, rng=rng).random(count))
 
 
-def sensitivity_rows(draws: Draws, values: Array) -> tuple[Array, Array, Array]:
+def sensitivity_rows_of(draws: Draws, values: Array) -> tuple[Array, Array, Array]:
     """Return f(A) (n,), f(B) (n,) and f(AB) (d, n) of values (n (d + 2),) by draw."""
     n, d = draws.base, len(draws.sampled)
     return values[:n], values[n : 2 * n], values[2 * n :].reshape(d, n)

@@ -15,19 +15,15 @@ import dataclasses
 import hashlib
 import importlib.metadata
 import os
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-if sys.platform != "win32":
-    import fcntl
-
 from flexsim.errors import RunError
 from flexsim.mjcf.reading.names import Names
 from studies.core.folder import require_free, run_folder, versions, write_config
+from studies.core.locking import locked
 from studies.tuning.distributions import Distribution
 from studies.tuning.genetic import Generation
 from studies.tuning.individuals import SI_NAMES
@@ -97,31 +93,6 @@ def _sources() -> str:
 
 def _versions() -> dict[str, str]:
     return versions() | {"cma": importlib.metadata.version("cma"), "sources": _sources()}
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep other processes from running in a folder; a killed process gives it up at once.
-
-    Raises:
-        RunError: there is no such folder, or another process runs in it.
-    """
-    if not folder.is_dir():
-        raise RunError(f"{folder} is not a run: there is no such folder")
-    if sys.platform == "win32":  # where folders cannot be locked
-        yield
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RunError(
-                f"{folder} is at work in another process; wait for it, or end it first"
-            ) from None
-        yield
-    finally:
-        os.close(handle)
 
 
 def require_startable(out: Path, force: bool) -> None:

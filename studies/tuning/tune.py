@@ -21,6 +21,7 @@ from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.ending import NOTHING_KEPT, saying
+from studies.core.locking import locked
 from studies.core.options import (
     ROBOT_FILE,
     HardwareNumberOptions,
@@ -313,7 +314,7 @@ def command(config: TuneConfig) -> None:
     folder = config.resume or config.out or DEFAULT_OUT
     with ExitStack() as held:
         if config.resume:
-            held.enter_context(tune_folder.locked(folder))
+            held.enter_context(locked(folder))
             record, problem = take_up(config, folder)
             search, rated = carry_out(folder, record, problem, lambda: None)
         else:
@@ -321,7 +322,7 @@ def command(config: TuneConfig) -> None:
 
             def start() -> None:
                 make_folder()
-                held.enter_context(tune_folder.locked(folder))
+                held.enter_context(locked(folder))
 
             search, rated = carry_out(folder, record, problem, start)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None

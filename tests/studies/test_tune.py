@@ -19,12 +19,12 @@ from controllers import Controller, Gains, textbook_pid
 from flexsim import ParameterError, Parameters, evaluate, reference, setting, trajectory
 from flexsim.loop.runs import thread_count
 from flexsim.plants.modes_plant import AssumedModesPlant
+from studies.core.locking import locked
 from studies.main import main
 from studies.tuning import tune as tune_module
 from studies.tuning.distributions import LOG_UNIFORM, NAMES, TABLE_1
 from studies.tuning.individuals import SI_NAMES, ControllerDesign, in_si
 from studies.tuning.problem import distribution_for, problem_of, tune
-from studies.tuning.record import locked
 from studies.tuning.scenarios import perturbations
 from studies.tuning.tuning import Tuning
 

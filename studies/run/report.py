@@ -1,0 +1,319 @@
+"""What a study's run shows: a table of its cells, the answer in words, figures.
+
+>>> report.tables(found), report.verdict(found)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from studies.core.evidence.check_sample import Check
+from studies.core.evidence.digits import percent, with_interval
+from studies.core.evidence.intervals import share_interval
+from studies.core.figures import COLOURS, FONT, beside, canvas, finish, mark, name_lines
+from studies.core.table import Column, Table
+from studies.run.sensitivity import SensitivityRow
+from studies.run.summary import PLANTS, CellRow, PairRow
+from studies.spec.matrix import Matrix
+
+MM = 1e3
+SHOWN = 40  # lines of the table
+LINES_MOST = 60  # of a figure
+SHARED = ("robot", "controller", "trajectory", "setting", "hardware")
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """MuJoCo's own runs of a cell whose runs are those of the chain in closed form."""
+
+    factors: dict[str, str]
+    point: dict[str, float]
+    check: Check
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What came of a study.
+
+    Attributes:
+        matrix: its runs. rows: cells, then pairs. sensitivity: of numbers with distributions.
+        checks: of closed-form chains, if they were asked for.
+    """
+
+    matrix: Matrix
+    rows: Sequence[CellRow | PairRow]
+    sensitivity: Sequence[SensitivityRow] = ()
+    checks: Sequence[CheckRow] = field(default_factory=list)
+
+    def cells(self, figure: str) -> list[CellRow]:
+        """Return the cells' rows of a figure."""
+        return [r for r in self.rows if isinstance(r, CellRow) and r.figure == figure]
+
+    def pairs(self, figure: str, what: str) -> list[PairRow]:
+        """Return the rows of a figure of plants against the first, or of controllers."""
+        every = (r for r in self.rows if isinstance(r, PairRow))
+        return [r for r in every if r.figure == figure and r.what == what]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return sum(row.runs for row in self.cells("envelope"))
+
+    @property
+    def diverged(self) -> int:
+        """How many of them diverged."""
+        return sum(row.diverged for row in self.cells("envelope"))
+
+
+@dataclass(frozen=True)
+class ShownRow:
+    """A cell as the terminal shows it."""
+
+    plant: str
+    case: str
+    envelope: str
+    rms_error: str
+    ratio: str
+    diverged: str
+
+
+def case_of(matrix: Matrix, factors: dict[str, str], point: dict[str, float]) -> str:
+    """Return a cell in words: of what it is of only that of which there are several."""
+    several = {
+        key: len(matrix.names[{"robot": "robots", "setting": "settings"}.get(key, key)]) > 1
+        for key in ("robot", "setting", "hardware")
+    }
+    words = [factors["trajectory"], f"by {factors['controller']}"]
+    words += [factors[key] for key in ("setting", "hardware", "robot") if several[key]]
+    words += [f"{path.rpartition('.')[2]} {value:g}" for path, value in point.items()]
+    return ", ".join([" ".join(words[:2]), *words[2:]])
+
+
+def shown_rows(found: Found) -> list[ShownRow]:
+    """Return the cells as the terminal shows them."""
+    ratios = {
+        (tuple(row.factors.values()), tuple(row.point.values())): row
+        for row in found.pairs("envelope", PLANTS)
+    }
+    rms = found.cells("rms_error")
+    shown = []
+    for row, other in zip(found.cells("envelope"), rms, strict=True):
+        pair = ratios.get((tuple(row.factors.values()), tuple(row.point.values())))
+        share = (row.diverged_share, row.diverged_share_low, row.diverged_share_high)
+        shown.append(
+            ShownRow(
+                plant=row.factors["plant"],
+                case=case_of(found.matrix, row.factors, row.point),
+                envelope=with_interval(row.median, row.low, row.high, MM),
+                rms_error=with_interval(other.median, other.low, other.high, MM),
+                ratio=with_interval(pair.ratio, pair.ratio_low, pair.ratio_high) if pair else "",
+                diverged=percent(*share) if row.diverged else "0",
+            )
+        )
+    return shown
+
+
+def tables(found: Found) -> list[Table]:
+    """Return the tables of a study: cells for reading, everything for files."""
+    rows = shown_rows(found)
+    plants = found.matrix.names["plants"]
+    lines = len(rows) // len(plants)
+    keep = {row.case for row in rows[:SHOWN]}
+    shown = [row for row in rows if row.case in keep]
+    columns = [
+        Column("case", once=True),
+        Column("envelope", unit="mm", form=lambda row: row.envelope),
+        Column("rms_error", "rms error", "mm", form=lambda row: row.rms_error),
+        *(
+            [Column("ratio", "ratio", form=lambda row: row.ratio, where={"plant": plants[1]})]
+            if len(plants) == 2
+            else []
+        ),
+        Column("diverged", form=lambda row: row.diverged),
+    ]
+    more = f"and {lines - len(keep)} more in summary.csv" if lines > len(keep) else ""
+    title = f"Medians over {found.rows[0].runs} runs [95 % interval]: {' | '.join(plants)}"
+    return [
+        Table(shown, tuple(columns), title, more, line=("case",), tight=len(plants) > 2),
+        Table(found.rows, file="summary.csv"),
+        Table(found.sensitivity, file="sensitivity.csv"),
+        Table(found.checks, file="check.csv"),
+    ]
+
+
+def verdict(found: Found) -> str:
+    """Return the answer in words."""
+    low, high = share_interval(found.diverged, found.runs)
+    said = [f"{found.runs:,} runs, {found.diverged:,} diverged"]
+    if found.diverged:
+        said[0] += f" ({percent(found.diverged / found.runs, low, high)})"
+    said[0] += "."
+    pairs = [row for row in found.pairs("envelope", PLANTS) if row.ratio is not None]
+    for plant in found.matrix.names["plants"][1:]:
+        own = [row for row in pairs if row.factors["plant"] == plant]
+        if not own:
+            continue
+        ratios = [row.ratio for row in own if row.ratio is not None]
+        inside = sum(_has_one(row) for row in own)
+        said.append(
+            f"Envelopes of {plant} over those of {own[0].against}: {min(ratios):.3g} to "
+            f"{max(ratios):.3g}; the interval has 1 in it in {inside} of {len(own)} cases."
+        )
+    for row in _strongest(found):
+        if row.value is not None:
+            value = with_interval(row.value, row.low, row.high)
+            said.append(f"{row.figure} and {row.number}: {row.measure} {value}.")
+    outside = [row for row in found.checks if row.check.check_inside is False]
+    if found.checks:
+        count = len(found.checks)
+        said.append(
+            f"MuJoCo's own runs belong among those in closed form in {count - len(outside)} of "
+            f"{count} cells."
+        )
+    return "\n".join(said)
+
+
+def _has_one(row: PairRow) -> bool:
+    low, high = row.ratio_low, row.ratio_high
+    return (low is None or low <= 1) and (high is None or high >= 1)
+
+
+def _strongest(found: Found) -> list[SensitivityRow]:
+    """Return the number that matters most to the envelope, of the first cell."""
+    first = found.sensitivity[0] if found.sensitivity else None
+    own = [
+        row
+        for row in found.sensitivity
+        if first and (row.factors, row.point) == (first.factors, first.point)
+        if row.figure == "envelope" and row.value is not None
+    ]
+    return sorted(own, key=lambda row: -abs(row.value or 0.0))[:1]
+
+
+def figures(found: Found) -> Iterator[tuple[str, Figure]]:
+    """Give the figures with the names of their files."""
+    gridded = found.matrix.draws.gridded
+    if len(gridded) == 1 and len(found.matrix.draws.grid) > 1:
+        yield "envelopes", over_number(found, gridded[0])
+    else:
+        yield "envelopes", by_case(found)
+    if found.sensitivity:
+        yield "sensitivity", sensitivity_figure(found)
+
+
+def by_case(found: Found) -> Figure:
+    """Return the envelopes of all cells with their intervals, a line each."""
+    rows = found.cells("envelope")
+    cases = list(dict.fromkeys(case_of(found.matrix, r.factors, r.point) for r in rows))
+    kept = cases[:LINES_MOST]
+    figure, panels = canvas(height=2.0 + 0.45 * len(kept))
+    (axes,) = panels[0]
+    plants = found.matrix.names["plants"]
+    for number, plant in enumerate(plants):
+        shift = 0.5 * ((number + 0.5) / len(plants) - 0.5)
+        marker, how = mark(plant)
+        how["color"] = COLOURS[number % len(COLOURS)]
+        lines = []
+        for row in rows:
+            case = case_of(found.matrix, row.factors, row.point)
+            if row.factors["plant"] != plant or case not in kept:
+                continue
+            line = kept.index(case) + shift
+            if row.median is None:
+                beside(axes, line, f"{plant}: half of the runs diverged", how["color"])
+                continue
+            lines.append((line, row))
+        _points(axes, lines, marker, {**how, "label": plant})
+    name_lines(axes, kept)
+    axes.set_xlabel("envelope half-width: median and its 95 % interval (mm)")
+    axes.set_xlim(left=0)
+    more = f"the first {len(kept)} of {len(cases)} cases" if len(cases) > len(kept) else ""
+    return finish(figure, [axes], legend=len(plants), title=more)
+
+
+def _points(
+    axes: Axes, lines: Sequence[tuple[float, CellRow]], marker: str, how: dict[str, str]
+) -> None:
+    """Draw medians with their intervals on lines."""
+    if not lines:
+        return
+    x = [MM * (row.median or 0.0) for _, row in lines]
+    low = [MM * (row.low if row.low is not None else row.median or 0.0) for _, row in lines]
+    high = [MM * (row.high if row.high is not None else row.median or 0.0) for _, row in lines]
+    axes.errorbar(
+        x,
+        [line for line, _ in lines],
+        xerr=[
+            [a - b for a, b in zip(x, low, strict=True)],
+            [b - a for a, b in zip(x, high, strict=True)],
+        ],
+        fmt=marker,
+        capsize=3,
+        **how,  # type: ignore[arg-type]
+    )
+
+
+def over_number(found: Found, path: str) -> Figure:
+    """Return envelopes over the one number on the grid, with bands of their intervals."""
+    rows = found.cells("envelope")
+    figure, panels = canvas(height=8.0)
+    (axes,) = panels[0]
+    curves: dict[str, list[CellRow]] = {}
+    for row in rows:
+        name = f"{row.factors['plant']}: {case_of(found.matrix, row.factors, {})}"
+        curves.setdefault(name, []).append(row)
+    styles = ("-", "--", ":", "-.")
+    for number, (name, own) in enumerate(curves.items()):
+        known = [row for row in own if row.median is not None]
+        x = [row.point[path] for row in known]
+        colour = COLOURS[number % len(COLOURS)]
+        line = styles[number // len(COLOURS) % len(styles)]
+        middle = [MM * (row.median or 0.0) for row in known]
+        axes.plot(x, middle, line, marker="o", color=colour, label=name)
+        low = [MM * (row.low if row.low is not None else row.median or 0.0) for row in known]
+        high = [MM * (row.high if row.high is not None else row.median or 0.0) for row in known]
+        axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
+    axes.set_xlabel(path)
+    axes.set_ylabel("envelope half-width: median and its 95 % interval (mm)")
+    axes.set_ylim(bottom=0)
+    return finish(figure, [axes], legend=min(2, len(curves)))
+
+
+def sensitivity_figure(found: Found) -> Figure:
+    """Return how the envelope depends on each varied number, cell by cell."""
+    own = [row for row in found.sensitivity if row.figure == "envelope"]
+    cases = {_case(found, row): row for row in own}
+    kept = list(cases)[: LINES_MOST // max(1, len(found.matrix.draws.sampled))]
+    names = [f"{row.number}: {_case(found, row)}" for row in own if _case(found, row) in kept]
+    lines = list(dict.fromkeys(names))
+    figure, panels = canvas(height=2.0 + 0.5 * len(lines))
+    (axes,) = panels[0]
+    measures = list(dict.fromkeys(row.measure for row in own))
+    for number, measure in enumerate(measures):
+        for first, row in enumerate(r for r in own if r.measure == measure):
+            name = f"{row.number}: {_case(found, row)}"
+            if name not in lines or row.value is None:
+                continue
+            line = lines.index(name) + 0.3 * (number - (len(measures) - 1) / 2)
+            low, high = row.low or row.value, row.high or row.value
+            axes.errorbar(
+                [row.value],
+                [line],
+                xerr=[[max(0.0, row.value - low)], [max(0.0, high - row.value)]],
+                fmt="os"[number % 2],
+                color=COLOURS[number % len(COLOURS)],
+                capsize=3,
+                label=measure if first == 0 else None,
+            )
+    axes.axvline(0.0, color="0.6", linewidth=1.0)
+    name_lines(axes, lines)
+    axes.set_xlabel("of the envelope, with 95 % intervals", fontsize=FONT)
+    return finish(figure, [axes], legend=len(measures))
+
+
+def _case(found: Found, row: SensitivityRow) -> str:
+    return f"{row.factors['plant']}, {case_of(found.matrix, row.factors, row.point)}"
