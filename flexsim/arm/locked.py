@@ -4,10 +4,9 @@
 
 A motor's inertia turns with its joint alone: in the mass matrix it is added to that joint's own
 diagonal, to nothing else. Of 1e30 kg m2, the largest number that a robot may have, 100 N m turn it
-by 1e-22 rad in an hour, while all other rows are, to the last bit, those of the arm with the joint
-taken out: nothing is lost in eliminating the largest pivot. Stretched by a constraint no frequency
-rises above the highest (Rayleigh's quotient over fewer motions), so that the step that free joints
-allow is short enough.
+by 1e-22 rad in an hour, while all other rows are, to rounding, those of the arm with the joint
+taken out: nothing is lost in eliminating the largest pivot. No frequency rises above the highest of
+the free joints (Rayleigh's quotient over fewer motions), so that the step they allow will do.
 """
 
 from __future__ import annotations
