@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TypeVar
 
 import mujoco
 import numpy as np
 
+from flexsim.arm.locked import LOCKED, which_locked
 from flexsim.errors import ParameterError
 from flexsim.mjcf.arm_xml import PAYLOAD
 from flexsim.mjcf.bodies import parts
@@ -64,6 +66,27 @@ def with_motors(arm: Arm, I_m1: float | None, I_m2: float | None) -> Arm:
         if inertia is not None:
             model.dof_armature[dof] = inertia
     mujoco.mj_setConst(model, mujoco.MjData(model))
+    return replace(arm, model=model)
+
+
+def with_locked(arm: Arm, joints: Iterable[str]) -> Arm:
+    """Return a copy of a chain or rod whose joints of these names do not move.
+
+    A joint's limits and dry friction go: they would act on what does not move. MuJoCo's solvers of
+    constraints end by a tolerance over the mean of the inertias, which is to be what it was.
+
+    Raises:
+        ParameterError: there is no joint of that name.
+    """
+    dofs = np.flatnonzero(which_locked(joints))
+    model = copy.copy(arm.model)
+    mean = float(model.stat.meaninertia)  # of the mass matrix's diagonal, as the file has it
+    before = mean + model.dof_armature[:2].sum() / model.nv
+    model.dof_armature[dofs] = LOCKED
+    model.jnt_limited[dofs] = False
+    model.dof_frictionloss[dofs] = 0.0
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    model.opt.tolerance *= before / (mean + model.dof_armature[:2].sum() / model.nv)
     return replace(arm, model=model)
 
 

@@ -8,6 +8,7 @@ Nobody asks for a plant's class: what differs between models is behind these nam
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, Self
@@ -98,3 +99,10 @@ class Plant(Protocol):
 
     def undamped(self) -> Self:
         """Return the plant without friction at its joints or damping in its beam."""
+
+    def locked(self, joints: Iterable[str]) -> Self:
+        """Return the plant whose joints of these names, joint1 or joint2, do not move.
+
+        Raises:
+            ParameterError: there is no joint of that name.
+        """

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,7 +28,7 @@ from flexsim.mjcf.chain_file import (
     stiffness_matrix,
 )
 from flexsim.mjcf.designed import designed_chain
-from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.edits import with_locked, without_damping
 from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.numerics.dense import product
 from flexsim.numerics.elementary import cos, sin
@@ -168,6 +168,10 @@ class ChainPlant:
     def undamped(self) -> Self:
         """Return the plant without friction at its joints or damping in its hinges."""
         return replace(self, chain=without_damping(self.chain))
+
+    def locked(self, joints: Iterable[str]) -> Self:
+        """Return the plant with joints that do not move; see `Plant`."""
+        return replace(self, chain=with_locked(self.chain, joints))
 
     def shape(self, states: Array) -> tuple[Array, Array]:
         """Return positions along and across the hub's axis (K, N+2) of clamp, hinges, tip [m]."""

@@ -153,19 +153,24 @@ def _accelerations(
         sum_y += u[i] * u[i] * d_y[i]
 
     # eliminated from the tip inwards: row i is then g_i . d_j in columns j < i, less what the
-    # armature of i ties to i - 1; all but the last one eliminated left W and z of their rows
+    # armature of i ties to i - 1; all but the last one eliminated left W and z of their rows.
+    # An armature as heavy as that of a locked joint must not swallow the pivots beside it: with
+    # r = g_i . d_(i-1) and P the pivot of i without its armature A, i - 1 has in place of A
+    # A - (r - A)^2/(P + A) = (A (P + 2 r) - r^2)/(P + A)
     sum_x = sum_y = W_xx = W_xy = W_yy = z_x = z_y = 0.0
-    last_x = last_y = tie = quotient = solved = 0.0  # of the last: g, armature, 1/H, its force/H
+    last_x = last_y = tie = quotient = solved = bare = 0.0  # of the last: g, A, 1/H, force/H, P
     for i in range(m - 1, -1, -1):
         dx, dy, uu = d_x[i], d_y[i], u[i] * u[i]
         force = a[i] + dx * sum_y - dy * sum_x
         sum_x += uu * g_x[i]
         sum_y += uu * g_y[i]
         own = p.armature[i] + late * p.damping[i]
-        row = last_x * dx + last_y * dy - tie
+        r = last_x * dx + last_y * dy
+        row = r - tie
         share = row * quotient
         w_x, w_y = W_xx * dx + W_xy * dy, W_xy * dx + W_yy * dy
-        pivot = p.J[i] + own + tie - (dx * w_x + dy * w_y) - row * share
+        carried = tie * (bare + 2.0 * r) * quotient
+        bare = p.J[i] + carried - (dx * w_x + dy * w_y) - r * (r * quotient)
         force -= dx * z_x + dy * z_y + row * solved
         W_xx += last_x * last_x * quotient
         W_xy += last_x * last_y * quotient
@@ -173,7 +178,7 @@ def _accelerations(
         z_x += last_x * solved
         z_y += last_y * solved
         last_x, last_y = g_x[i] - w_x - last_x * share, g_y[i] - w_y - last_y * share
-        tie, quotient = own, 1.0 / pivot
+        tie, quotient = own, 1.0 / (bare + own)
         solved = force * quotient
         g_x[i], g_y[i], inverse[i], a[i] = last_x, last_y, quotient, solved
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,11 +18,12 @@ from scipy.linalg import block_diag
 
 from flexsim.arm.beam import MODES, load_of, mode_shapes
 from flexsim.arm.kinematics import in_world, tip_position
+from flexsim.arm.locked import motors_locking
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
-from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.edits import with_locked, without_damping
 from flexsim.numerics.dense import product
 from flexsim.numerics.step_limits import (
     LONGEST_STEP,
@@ -235,6 +236,13 @@ class AssumedModesPlant:
         free = replace(self.parameters, F_1=0.0, F_2=0.0, zeta=0.0)
         chain = None if self.chain is None else without_damping(self.chain)
         return replace(self, parameters=free, chain=chain, modal_damping=())
+
+    def locked(self, joints: Iterable[str]) -> Self:
+        """Return the plant with joints that do not move; see `Plant`."""
+        held = tuple(joints)
+        own = replace(self.parameters, **motors_locking(held))
+        chain = None if self.chain is None else with_locked(self.chain, held)
+        return replace(self, parameters=own, chain=chain)
 
 
 def stable_modes_step(

@@ -19,7 +19,7 @@ reaches, with N elements, on the default robot (`tests/test_rod.py` holds it to 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -35,7 +35,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.mjcf.chain_file import mass_matrix, motor_matrix
 from flexsim.mjcf.designed import designed_rod
-from flexsim.mjcf.edits import without_damping
+from flexsim.mjcf.edits import with_locked, without_damping
 from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.mjcf.rod_file import RodModel, moving_across, rod_damping, rod_stiffness
 from flexsim.mjcf.rod_xml import ELEMENTS
@@ -176,6 +176,10 @@ class RodPlant:
     def undamped(self) -> Self:
         """Return the plant without friction at its joints or damping in its vertices."""
         return replace(self, rod=without_damping(self.rod))
+
+    def locked(self, joints: Iterable[str]) -> Self:
+        """Return the plant with joints that do not move; see `Plant`."""
+        return replace(self, rod=with_locked(self.rod, joints))
 
     def shape(self, states: Array) -> Array:
         """Return clamp and vertices (K, N+2, 2) along and across the hub's axis, from joint 2 [m].

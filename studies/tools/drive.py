@@ -1,120 +1,116 @@
-"""Replay a measured torque: drive one plant open loop from rest, read and write CSV files."""
+"""Replay a measured torque: drive one plant open loop, read a log, write a CSV file."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from flexsim.errors import ParameterError, RunError
+from flexsim.errors import ParameterError
 from flexsim.files.atomic import require_replaceable, write_text
-from flexsim.files.reading import MIB, read_text
 from flexsim.loop.beyond import beyond
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
-from flexsim.numerics.clocks import PERIOD
-from flexsim.numerics.types import Array
+from flexsim.plants.base import Plant
+from flexsim.robot import Robot
+from flexsim.robot.start import Start, start_of
 from studies.core.folder import to_json
 from studies.core.options import HardwareOptions, RobotOptions, show_differences
 from studies.core.text import spelled
+from studies.tools.held_log import Log
+from studies.tools.logs import LogOptions, read_log
 
-ROW_PERIOD = PERIOD
-ROW_TOLERANCE = 1e-6  # [s] how far a time stamp may be from its row
-QUOTED = 60  # characters of a wrong line that a message shows
-TORQUE_HEADER = ["t", "tau1", "tau2"]
-TORQUE_MOST = 64 * MIB  # of a torque file: half an hour of rows in full digits
+TORQUE = "torque file"
 MOTION = "the motion"
 MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
 
 
 @dataclass(frozen=True)
-class DriveConfig(HardwareOptions, RobotOptions):
-    """Drive a plant open loop from rest with a recorded torque."""
+class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
+    """Drive a plant open loop with a recorded torque."""
 
     torque: Path
-    """CSV file with columns t,tau1,tau2 [s, N m]: rows of 1 ms, each torque held to the next."""
+    """CSV file with columns t,tau1,tau2 [s, N m], at any rate: each torque is held to the next."""
     out: Path
-    """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k."""
+    """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k, which counts
+    from the log's first stamp."""
     plant: str = "chain"
     """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
     exudyn[:N]."""
     setting: str = "none"
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
-    theta1: float = 0.0
-    """Joint angle at rest at the start [rad]."""
-    theta2: float = 0.0
-    """Joint angle at rest at the start [rad]."""
+    theta1: float | None = None
+    """Joint angle at rest at the start [rad], beam straight; 0 unless given."""
+    theta2: float | None = None
+    """Joint angle at rest at the start [rad]; 0 unless given."""
+    start: str | None = None
+    """Keyframe of the --mjcf file to start from instead, as bent; without a file, home or bent as
+    flexsim chain writes them."""
+    lock: tuple[Literal["joint1", "joint2"], ...] = ()
+    """Joints that do not move: joint1, joint2 or both."""
     force: bool = False
     """Overwrite the file named by --out."""
     json: bool = False
-    """Print one JSON object about the motion instead of a line."""
+    """Print one JSON object about the motion instead of lines."""
 
 
-def _shown(cells: list[str]) -> str:
-    """Return a row as a message quotes it: what a binary file takes for a row can be endless."""
-    line = ",".join(cells)
-    return repr(line if len(line) <= QUOTED else f"{line[:QUOTED]}...")
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """A motion, the log that drove it, and the keyframe it started from, None for given angles."""
+
+    motion: Motion
+    log: Log
+    start: Start | None
 
 
-def read_torque(path: Path) -> Array:
-    """Return the torques (K, 2) of a CSV file [N m].
-
-    Raises:
-        RunError: the file cannot be read.
-        ParameterError: a wrong header, a malformed row or time stamp; the message names the line.
-    """
-    lines = csv.reader(io.StringIO(read_text(path, TORQUE_MOST, "torque file"), newline=""))
-    rows: list[tuple[float, float]] = []
-    try:
-        header = [name.strip() for name in next(lines, [])]
-        if header != TORQUE_HEADER:
-            wanted = ",".join(TORQUE_HEADER)
-            raise ParameterError(
-                f"{path}: the first line is {_shown(header)}, it must be {wanted!r}"
-            )
-        for number, line in enumerate(lines, start=2):
-            rows.append(_torques(f"{path}, line {number}", line, len(rows) * ROW_PERIOD))
-    except csv.Error:
-        raise RunError(f"{path}: cannot read the torque file: not a CSV file") from None
-    if not rows:
-        raise ParameterError(f"{path}: has no rows of torque; give at least one after the header")
-    return np.array(rows)
-
-
-def _torques(where: str, line: list[str], due: float) -> tuple[float, float]:
-    """Return the two torques of a row [N m], its time due [s].
-
-    Raises:
-        ParameterError: it is malformed.
-    """
-    try:
-        values = [float(cell) for cell in line]
-    except ValueError:
-        values = []
-    if len(values) != 3 or not all(map(math.isfinite, values)):
-        raise ParameterError(f"{where}: {_shown(line)} is not three finite numbers t,tau1,tau2")
-    if abs(values[0] - due) > ROW_TOLERANCE:
-        raise ParameterError(
-            f"{where}: t = {values[0]:g} s where {due:g} s is due; give rows every 1 ms from 0"
-        )
-    return values[1], values[2]
-
-
-def run(config: DriveConfig) -> Motion:
-    """Return the motion under the file's torques, row k the state as torque k sets in."""
+def run(config: DriveConfig) -> Driven:
+    """Return the motion under the log's torques, row k the state as torque k sets in."""
     chosen = setting(config.setting, config.built)
-    plant = config.robot_of().plant(config.plant, chosen)
-    theta = (config.theta1, config.theta2)
+    robot = config.robot_of()
+    plant = robot.plant(config.plant, chosen)
+    theta, start = _start(config, robot, plant)
+    log = read_log(config.torque, config, what=TORQUE)
+    torque = log.resampled(config.period)
+    if config.lock:
+        plant = plant.locked(config.lock)
+    state = None if start is None else start.state
+    motion = drive(plant, chosen, torque, config.period, theta, state)
+    return Driven(motion.first(len(torque)), log, start)
+
+
+def _start(
+    config: DriveConfig, robot: Robot, plant: Plant
+) -> tuple[tuple[float, float], Start | None]:
+    """Return joint angles at rest, or the keyframe to start from instead.
+
+    Raises:
+        ParameterError: angles that are not finite, or beside a keyframe; a keyframe that there is
+            not, that the plant cannot take, or that moves a locked joint.
+    """
+    given = {"--theta1": config.theta1, "--theta2": config.theta2}
+    theta = (config.theta1 or 0.0, config.theta2 or 0.0)
     if not all(math.isfinite(angle) for angle in theta):
         raise ParameterError(f"start angles are {theta} rad; give finite numbers")
-    torque = read_torque(config.torque)
-    motion = drive(plant, chosen, torque, ROW_PERIOD, theta)
-    return motion.first(len(torque))
+    if config.start is None:
+        return theta, None
+    for option, angle in given.items():
+        if angle is not None:
+            raise ParameterError(
+                f"--start {config.start} and {option} {angle:g} contradict each other: a keyframe "
+                "has angles of its own; leave one out"
+            )
+    start = start_of(robot, plant, config.start)
+    for joint, rate in zip(("joint1", "joint2"), start.rates, strict=True):
+        if joint in config.lock and rate != 0.0:
+            raise ParameterError(
+                f"keyframe {config.start!r} moves {joint} at {rate:g} rad/s, which --lock holds; "
+                "leave one out"
+            )
+    return theta, start
 
 
 def write_motion(path: Path, motion: Motion, force: bool = True) -> None:
@@ -128,32 +124,70 @@ def write_motion(path: Path, motion: Motion, force: bool = True) -> None:
     write_text(path, "\n".join([",".join(MOTION_HEADER), *lines, ""]), MOTION, force)
 
 
-def command(config: DriveConfig) -> None:
-    """Drive the plant and write the motion."""
-    require_replaceable(config.out, MOTION, config.force)
-    motion, robot = run(config), config.robot_of()
-    write_motion(config.out, motion, config.force)
-    v_most = float(np.abs(motion.v).max())
-    notes = beyond(motion.plant, v_most, robot.parameters.L)
-    summary = {
+def summary(config: DriveConfig, driven: Driven, notes: tuple[str, ...]) -> dict[str, Any]:
+    """Return what there is to know of a motion, for programs to read."""
+    motion, start = driven.motion, driven.start
+    return {
         "plant": motion.plant,
         "hardware": config.built.words(),
         "rows": len(motion.time),
         "end_tip": motion.tip[-1],
-        "max_v": v_most,
+        "max_v": float(np.abs(motion.v).max()),
         "beyond": notes,
+        "log": driven.log.done(config.period),
+        "start": {
+            "keyframe": None if start is None else start.keyframe,
+            "theta": motion.joint[0],
+            "rates": (0.0, 0.0) if start is None else start.rates,
+            "v": motion.v[0],
+            "v_of_file": 0.0 if start is None else start.v_of_file,
+        },
+        "locked": sorted(set(config.lock)),
         "out": str(config.out),
     }
+
+
+def start_words(driven: Driven) -> str:
+    """Return where a motion started, in a line."""
+    first, second = driven.motion.joint[0]
+    start = driven.start
+    if start is None:
+        return f"Start: at rest at ({first:g}, {second:g}) rad, beam straight."
+    own = f"v {1e3 * start.v:.4g} mm"
+    if start.v != start.v_of_file:
+        own += f" ({1e3 * start.v_of_file:.4g} mm in the file)"
+    pace = "at rest"
+    if not start.at_rest:
+        pace = "rates ({:g}, {:g}) rad/s".format(*start.rates)
+    return (
+        f"Start: keyframe {spelled(start.keyframe)} of {spelled(start.source)}, {pace} at "
+        f"({first:g}, {second:g}) rad, {own}."
+    )
+
+
+def command(config: DriveConfig) -> None:
+    """Drive the plant and write the motion."""
+    require_replaceable(config.out, MOTION, config.force)
+    driven, robot = run(config), config.robot_of()
+    motion = driven.motion
+    write_motion(config.out, motion, config.force)
+    v_most = float(np.abs(motion.v).max())
+    notes = beyond(motion.plant, v_most, robot.parameters.L)
     if config.json:
-        print(to_json(summary))
-    else:
-        show_differences(robot)
-        x, y = motion.tip[-1]
-        print(
-            f"{spelled(config.out)}: {len(motion.time)} rows of the {motion.plant} plant; "
-            f"tip ends at ({x:.6f}, {y:.6f}) m, largest |v| {1e3 * v_most:.3f} mm"
-        )
-        for note in notes:
-            print(f"Note: {note}")
-        if not config.built.ideal:
-            print(f"Hardware: {config.built.words()}.")
+        print(to_json(summary(config, driven, notes)))
+        return
+    show_differences(robot)
+    for line in driven.log.words(config.period):
+        print(line)
+    print(start_words(driven))
+    if config.lock:
+        print(f"Locked: {', '.join(sorted(set(config.lock)))}.")
+    x, y = motion.tip[-1]
+    print(
+        f"{spelled(config.out)}: {len(motion.time)} rows of the {motion.plant} plant; "
+        f"tip ends at ({x:.6f}, {y:.6f}) m, largest |v| {1e3 * v_most:.3f} mm"
+    )
+    for note in notes:
+        print(f"Note: {note}")
+    if not config.built.ideal:
+        print(f"Hardware: {config.built.words()}.")

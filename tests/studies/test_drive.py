@@ -26,7 +26,8 @@ from flexsim.loop.settings import setting
 from flexsim.robot import Robot
 from studies.main import main
 from studies.parity.motions import trial_torque
-from studies.tools.drive import MOTION_HEADER, read_torque, write_motion
+from studies.tools.drive import MOTION_HEADER, write_motion
+from studies.tools.logs import read_log
 
 PLANTS = ("assumed-modes", "chain")
 MODELS = Path(__file__).parents[2] / "models"
@@ -177,26 +178,26 @@ def test_every_rung_can_be_driven(plant: str, tmp_path: Path) -> None:
 def test_files_of_spreadsheets_are_read(tmp_path: Path, prefix: str, end: str) -> None:
     path = tmp_path / "tau.csv"
     path.write_bytes(f"{prefix}t, tau1, tau2{end}0, 0.5, -1e-1{end}1e-3,2,3{end}".encode())
-    np.testing.assert_array_equal(read_torque(path), [[0.5, -0.1], [2.0, 3.0]])
+    np.testing.assert_array_equal(read_log(path).resampled(), [[0.5, -0.1], [2.0, 3.0]])
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", ("the first line is ''", "t,tau1,tau2")),
-        (b"t;tau1;tau2\n0;0;0\n", ("t;tau1;tau2", "must be 't,tau1,tau2'")),
-        (b"0,0,0\n0.001,0,0\n", ("the first line is '0,0,0'",)),
+        (b"", ("is empty", "t,tau1,tau2")),
+        (b"t;tau1\n0;0\n", ("no column is called 'tau2'", "has 't', 'tau1'", "--columns")),
+        (b"0,0,0\n0.001,0,0\n", ("no column is called 't'", "has '0', '0', '0'")),
         (HEADER.encode(), ("has no rows", "at least one")),
-        (HEADER.encode() + b"0,0\n", ("line 2", "'0,0'", "three finite numbers")),
+        (HEADER.encode() + b"0,0\n", ("line 2", "'0,0' has 2 cells, the first line 3")),
         (HEADER.encode() + b"0,0,0,0\n", ("line 2", "'0,0,0,0'")),
-        (HEADER.encode() + b"0,0,0\n0.001,,0\n", ("line 3", "0.001,,0")),
         (HEADER.encode() + b"0,-inf,0\n", ("line 2", "-inf")),
         (HEADER.encode() + b"0,1e400,0\n", ("line 2", "1e400")),
-        (HEADER.encode() + b"0.5,0,0\n", ("line 2", "t = 0.5 s where 0 s is due", "1 ms")),
-        (HEADER.encode() + b"0,0,0\n0,0,0\n", ("line 3", "0.001 s is due")),
+        (HEADER.encode() + b"0,0,0\n0,0,0\n", ("line 3", "t = 0 is not after 0 of line 2")),
+        (HEADER.encode() + b"0,0,0\n2,0,0\n2.1,0,0\n2.2,0,0\n", ("line 3", "2 s", "--gap 2")),
+        (HEADER.encode() + b"0,0,0\n1e9,0,0\n", ("1e+09 s apart", "--time-unit")),
         (HEADER.encode() + b'"0\n', ("line 2",)),
         (b"\xff\xfe\x00t", ("not text in UTF-8",)),
-        (bytes(5000), ("the first line is", "...")),
+        (bytes(5000), ("no column is called 't'", "...")),
         (HEADER.encode() + b'"' + b"x" * 200_000 + b'"\n', ("not a CSV file",)),
     ],
 )
@@ -224,6 +225,16 @@ def test_torque_file_is_refused(
         ("--torque tau.csv --out o.csv --mjcf none.xml", ("none.xml: cannot read",)),
         ("--torque tau.csv --out o.csv --theta2 inf", ("inf", "finite")),
         ("--torque tau.csv --out o.csv --theta2 bent", ("--theta2", "'bent'")),
+        ("--torque tau.csv --out o.csv --columns t=Time", ("'Time', which is to be t",)),
+        ("--torque tau.csv --out o.csv --period 0.0007", ("0.0007 s is not a whole multiple",)),
+        ("--torque tau.csv --out o.csv --gap -1", ("--gap is -1.0 s",)),
+        ("--torque tau.csv --out o.csv --time-unit h", ("'h'", "--time-unit")),
+        ("--torque tau.csv --out o.csv --start bend", ("'bend'; choose home, bent. Did you",)),
+        ("--torque tau.csv --out o.csv --start bent --theta1 0", ("--theta1 0 contradict",)),
+        ("--torque tau.csv --out o.csv --start bent --theta2 1", ("--theta2 1 contradict",)),
+        ("--torque tau.csv --out o.csv --start bent --plant rigid", ("plant 'rigid' cannot be",)),
+        ("--torque tau.csv --out o.csv --start bent --plant exudyn", ("plant 'exudyn' cannot",)),
+        ("--torque tau.csv --out o.csv --lock joint3", ("'joint3'", "--lock")),
     ],
 )
 def test_options_are_refused(
@@ -287,6 +298,112 @@ def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(RunError, match=r"o\.csv: cannot write the motion: No space left"):
         write_motion(tmp_path / "o.csv", motion)
     assert list(tmp_path.iterdir()) == []
+
+
+def laboratory(folder: Path) -> Path:
+    """Write 1 s of a log at 250 Hz with jitter, in semicolons, since 1970, a row missing."""
+    rng = np.random.default_rng(1)
+    stamps = 0.004 * np.arange(250) + rng.uniform(0, 5e-4, 250)
+    lines = ["Time;Temperature;Torque 1;Torque 2"]
+    for k in range(250):
+        cells = f"1700000000{stamps[k]:.6f}"[:-8] + f"{stamps[k]:.6f}"[1:]
+        lines += [f"{cells};21;{0.5 * np.sin(k / 20):.4f};0.01".replace(".", ",")] * (k != 100)
+    path = folder / "lab.csv"
+    path.write_text("\n".join(lines))
+    return path
+
+
+LABORATORY = ("--columns", "t=Time,tau1=Torque 1,tau2=Torque 2")
+
+
+def test_a_laboratorys_log_drives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As its samples held by hand do, row for row; and it says what was done."""
+    file = laboratory(tmp_path)
+    words = ["drive", "--torque", str(file), "--out", str(tmp_path / "o.csv"), *LABORATORY]
+    assert main([*words, "--theta2", "1.2"]) == 0
+    said = capsys.readouterr().out
+    for part in ("249 rows every 4", "1 gap held over, 1 sample", "columns left out: Temperature"):
+        assert part in said
+    got = columns(tmp_path / "o.csv")
+    rows = [line.replace(",", ".").split(";") for line in file.read_text().splitlines()[1:]]
+    stamps = np.array([float(row[0][10:]) for row in rows])  # of the second
+    held = [
+        max(j for j, t in enumerate(stamps - stamps[0]) if t <= k * 1e-3 + 1e-6)
+        for k in range(len(got["t"]))
+    ]
+    torque = np.array([[float(row[2]), float(row[3])] for row in rows])[held]
+    np.testing.assert_array_equal(replayed(tmp_path, torque, "--theta2", "1.2")["v"], got["v"])
+    capsys.readouterr()
+    assert main([*words, "--force", "--json"]) == 0
+    log = json.loads(capsys.readouterr().out)["log"]
+    assert (log["rows"], log["gaps"], log["filled"], log["resampled"]) == (249, 1, 1, True)
+    assert log["rows_resampled"] == len(got["t"]) and log["start"] == pytest.approx(1.7e9)
+
+
+def test_another_period_is_the_loops(tmp_path: Path) -> None:
+    """Every other row of a log at 1 kHz, each held for 2 ms."""
+    torque = trial_torque(1.0, duration=0.1)
+    got = replayed(tmp_path, torque, "--period", "0.002")
+    motion = drive(ChainPlant.designed(Parameters()), setting("none"), torque[::2], 2e-3)
+    np.testing.assert_array_equal(got["theta1"], motion.joint[:-1, 0])
+    np.testing.assert_allclose(got["t"], 2e-3 * np.arange(50), atol=STAMP)
+
+
+@pytest.mark.parametrize("plant", ["assumed-modes", "chain", "closed-chain"])
+def test_a_keyframe_of_the_file_is_the_start(
+    plant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = MODELS / "chain6.xml"
+    options = ("--plant", plant, "--mjcf", str(file), "--start", "bent")
+    got = replayed(tmp_path, np.zeros((50, 2)), *options)
+    assert (got["theta1"][0], got["theta2"][0]) == (0.3, 1.2)
+    assert got["v"][0] == pytest.approx(0.025, rel=3e-3)  # three modes of a force at the tip
+    assert np.ptp(got["v"]) > 0.01
+    said = capsys.readouterr().out
+    assert f"Start: keyframe bent of {file}, at rest at (0.3, 1.2) rad, v 24.9" in said
+    replayed(tmp_path, np.zeros((2, 2)), *options, "--json")
+    start = json.loads(capsys.readouterr().out)["start"]
+    assert start["keyframe"] == "bent" and start["theta"] == [0.3, 1.2]
+    assert start["v"] == got["v"][0] and start["rates"] == [0.0, 0.0]
+
+
+def test_without_a_file_keyframes_are_the_designed_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    got = replayed(tmp_path, np.zeros((3, 2)), "--start", "home")
+    assert (got["theta1"][0], got["theta2"][0], got["v"][0]) == (0.3, 1.2, 0.0)
+    assert "Start: keyframe home of the designed chain, at rest" in capsys.readouterr().out
+    replayed(tmp_path, np.zeros((3, 2)), "--theta2", "1.2")
+    assert "Start: at rest at (0, 1.2) rad, beam straight." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("plant", ["assumed-modes", "chain", "rod", "exudyn"])
+def test_a_locked_joint_stays(
+    plant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torque = trial_torque(1.0, duration=0.1)
+    options = ("--plant", plant, "--theta1", "0.3", "--theta2", "1.2", "--lock")
+    got = replayed(tmp_path, torque, *options, "joint1")
+    assert np.abs(got["theta1"] - 0.3).max() < 1e-9 < 1e-4 < np.ptp(got["theta2"])
+    assert "Locked: joint1." in capsys.readouterr().out
+    both = replayed(tmp_path, torque, *options, "joint1", "joint2", "--json")
+    for name, angle in (("theta1", 0.3), ("theta2", 1.2)):
+        assert np.abs(both[name] - angle).max() < 1e-9
+    assert json.loads(capsys.readouterr().out)["locked"] == ["joint1", "joint2"]
+
+
+def test_a_keyframe_that_moves_a_locked_joint_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (MODELS / "chain6.xml").read_text()
+    swung = '<key name="home" qvel="1 0 0 0 0 0 0 0"'
+    (tmp_path / "m.xml").write_text(text.replace('<key name="home"', swung))
+    write_torque(tmp_path / "tau.csv", np.zeros((2, 2)))
+    words = ["--torque", str(tmp_path / "tau.csv"), "--out", str(tmp_path / "o.csv")]
+    words += ["--mjcf", str(tmp_path / "m.xml"), "--start", "home", "--lock"]
+    said = refused(tmp_path, capsys, *words, "joint1")
+    assert "keyframe 'home' moves joint1 at 1 rad/s, which --lock holds" in said
+    assert main(["drive", *words, "joint2"]) == 0
 
 
 def test_summary_says_where_the_tip_ends(

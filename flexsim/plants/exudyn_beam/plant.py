@@ -9,7 +9,7 @@ about a thousand times as much as three assumed modes: for nominal runs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.arm.kinematics import in_world
+from flexsim.arm.locked import LOCKED, which_locked
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.dense import product, solve
@@ -67,6 +68,7 @@ class ExudynPlant:
 
     Attributes:
         parameters: the robot; elements: N, of equal length. step: physics step [s].
+        held: whether joint 1 and joint 2 are constrained not to move.
 
     Raises:
         ParameterError: elements or step out of range, or EXUDYN is not installed.
@@ -76,6 +78,7 @@ class ExudynPlant:
     elements: int = ELEMENTS
     step: float = STEP
     name: str = "exudyn"
+    held: tuple[bool, bool] = (False, False)
 
     integrator = "trapezoidal"
     mjcf = None
@@ -121,7 +124,7 @@ class ExudynPlant:
 
     def system(self) -> ArmSystem:
         """Return a new arm."""
-        return ArmSystem(self.parameters, self.elements, self.step)
+        return ArmSystem(self.parameters, self.elements, self.step, self.held)
 
     @contextmanager
     def running(self, threads: int) -> Iterator[ExudynBeam]:
@@ -193,8 +196,10 @@ class ExudynPlant:
         S, tip = np.zeros((len(moving), 2)), np.zeros(len(moving))
         S[0, 0], S[1, 1] = self.parameters.r_1, self.parameters.r_2
         tip[-2] = 1.0
+        mass: Array = product(turned.T, product(M, turned))
+        mass[[0, 1], [0, 1]] += LOCKED * np.array(self.held)
         return LinearPlant(
-            product(turned.T, product(M, turned)),
+            mass,
             product(straight.T, product(D, straight)),
             product(straight.T, product(K, straight)),
             S,
@@ -240,3 +245,11 @@ class ExudynPlant:
     def undamped(self) -> Self:
         """Return the plant without friction at its joints or damping in its beam."""
         return replace(self, parameters=replace(self.parameters, F_1=0.0, F_2=0.0, zeta=0.0))
+
+    def locked(self, joints: Iterable[str]) -> Self:
+        """Return the plant with joints that do not move; see `Plant`.
+
+        By constraints of EXUDYN's on their rates: its matrices are not scaled for heavy motors.
+        """
+        first, second = which_locked(joints)
+        return replace(self, held=(first or self.held[0], second or self.held[1]))

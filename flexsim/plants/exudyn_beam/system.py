@@ -59,11 +59,17 @@ class ArmSystem:
         size: n, number of EXUDYN's coordinates.
     """
 
-    def __init__(self, parameters: Parameters, elements: int, step: float) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        elements: int,
+        step: float,
+        held: tuple[bool, bool] = (False, False),
+    ) -> None:
         self._exu = exudyn()
         self._container = self._exu.SystemContainer()
         self._mbs = self._container.AddSystem()
-        self._loads = _assembled(self._mbs, parameters, elements)
+        self._loads = _assembled(self._mbs, parameters, elements, held)
         self._settings = _settings(self._exu, step / len(HALVES))
         self._step = step / len(HALVES)
         self.size = int(self._mbs.systemData.ODE2Size())
@@ -136,7 +142,7 @@ def _settings(exu: Any, step: float) -> Any:
     return s
 
 
-def _assembled(mbs: Any, p: Parameters, elements: int) -> tuple[Any, Any]:
+def _assembled(mbs: Any, p: Parameters, elements: int, held: tuple[bool, bool]) -> tuple[Any, Any]:
     """Build the arm in a system; return the loads on the angles of link 1 and of the hub."""
     build = _Build(mbs)
     items, add = build.items, mbs.AddObject
@@ -156,8 +162,11 @@ def _assembled(mbs: Any, p: Parameters, elements: int) -> tuple[Any, Any]:
         build.clamp(build.place(cables[-1], length), build.place(payload, 0.0))
     still = build.coordinate(mbs.AddNode(items.NodePointGround()), 0)
     first, second = build.coordinate(link_node, ANGLE), build.coordinate(hub_node, ANGLE)
-    for pair, friction in (([still, first], p.r_1**2 * p.F_1), ([first, second], p.r_2**2 * p.F_2)):
+    joints = ([still, first], p.r_1**2 * p.F_1), ([first, second], p.r_2**2 * p.F_2)
+    for (pair, friction), locked in zip(joints, held, strict=True):
         add(items.CoordinateSpringDamper(markerNumbers=pair, damping=friction))
+        if locked:  # at whatever angle it is
+            add(items.CoordinateConstraint(markerNumbers=pair, velocityLevel=True))
     if p.I_m2:  # it turns with joint 2, whatever link 1 does
         turning = np.zeros((6, 6))
         turning[np.ix_([ANGLE, 3 + ANGLE], [ANGLE, 3 + ANGLE])] = [[p.I_m2, -p.I_m2]] * 2
