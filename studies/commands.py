@@ -16,6 +16,16 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "RunConfig",
         "carry out a study file of your own: one machine or a cluster",
     ),
+    "check": (
+        "run.check",
+        "CheckConfig",
+        "what a study file means: mistakes, how many runs, at what cost",
+    ),
+    "export": (
+        "run.export",
+        "ExportConfig",
+        "one run's time series out of a study: CSV, Parquet, MATLAB",
+    ),
     "modes": (
         "parity.modes",
         "ModesConfig",

@@ -129,7 +129,7 @@ def tables(found: Found) -> list[Table]:
         Column("envelope", unit="mm", form=lambda row: row.envelope),
         Column("rms_error", "rms error", "mm", form=lambda row: row.rms_error),
         *(
-            [Column("ratio", "ratio", form=lambda row: row.ratio, where={"plant": plants[1]})]
+            [Column("ratio", form=lambda row: row.ratio, where={"plant": plants[1]}, once=True)]
             if len(plants) == 2
             else []
         ),
@@ -158,11 +158,12 @@ def verdict(found: Found) -> str:
         if not own:
             continue
         ratios = [row.ratio for row in own if row.ratio is not None]
-        inside = sum(_has_one(row) for row in own)
-        said.append(
-            f"Envelopes of {plant} over those of {own[0].against}: {min(ratios):.3g} to "
-            f"{max(ratios):.3g}; the interval has 1 in it in {inside} of {len(own)} cases."
-        )
+        sure = [row for row in own if row.ratio_low is not None and row.ratio_high is not None]
+        words = f"{min(ratios):.3g} to {max(ratios):.3g}"
+        if sure:
+            inside = sum((row.ratio_low or 0) <= 1 <= (row.ratio_high or 0) for row in sure)
+            words += f"; the interval has 1 in it in {inside} of {len(sure)} cases"
+        said.append(f"Envelopes of {plant} over those of {own[0].against}: {words}.")
     for row in _strongest(found):
         if row.value is not None:
             value = with_interval(row.value, row.low, row.high)
@@ -175,11 +176,6 @@ def verdict(found: Found) -> str:
             f"{count} cells."
         )
     return "\n".join(said)
-
-
-def _has_one(row: PairRow) -> bool:
-    low, high = row.ratio_low, row.ratio_high
-    return (low is None or low <= 1) and (high is None or high >= 1)
 
 
 def _strongest(found: Found) -> list[SensitivityRow]:

@@ -34,6 +34,7 @@ from studies.run.store import RESULTS, STUDY, Store
 from studies.run.summary import Cells, summary_rows
 from studies.run.workers import Done, cluster, here, spread
 from studies.spec.building import Workshop
+from studies.spec.corners import require_buildable
 from studies.spec.example import EXAMPLE
 from studies.spec.reading import read_study
 from studies.spec.resolving import resolve
@@ -136,15 +137,14 @@ def carry_out(config: RunConfig) -> Outcome:
         )
     out = config.out or Path("runs") / study.stem
     workshop = workshop_of(study, config.changes, config.quick, config.code, config.traces)
+    require_buildable(workshop)
     with ExitStack() as held:
         if config.resume and out.exists():
             store = held.enter_context(Store.continued(out, workshop))
         else:
             store = held.enter_context(Store.begun(out, config.force, workshop, config))
         again = f"continue with flexsim run --out {out} --resume"
-        held.enter_context(
-            saying(lambda: f"interrupted; {again}" if out.exists() else NOTHING_KEPT)
-        )
+        held.enter_context(saying(lambda: f"interrupted; {again}"))
         _batches(config, store, workshop)
         store.assemble()
         found = _found(store, workshop, config)

@@ -11,7 +11,7 @@ perturbation = 1e-4 # this share, since dry friction makes single runs a matter 
 
 # Models of the robot: rigid, assumed-modes[:n], chain[:N] (MuJoCo), closed-chain[:N] (the same
 # chain's equations), untuned[:N], rod[:N], printed[:n], exudyn[:N]. A name, or with a step:
-plants = ["assumed-modes", { model = "closed-chain:6", step = 1e-3 }]
+plants = ["assumed-modes", { model = "closed-chain:6", step = 5e-4 }]
 check = 20          # runs of each closed-chain case that MuJoCo itself repeats
 
 # Controllers: by name (line, two-loop, circle, ideal-line, ..., figure-3, ...) ...
