@@ -25,6 +25,12 @@ from flexsim.numerics.eigen import symmetric_eigen
 from flexsim.numerics.types import Array
 
 Arm = TypeVar("Arm", ChainModel, RodModel)
+INTEGRATORS = {
+    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+}
 
 
 def changed(
@@ -88,6 +94,22 @@ def with_locked(arm: Arm, joints: Iterable[str]) -> Arm:
     mujoco.mj_setConst(model, mujoco.MjData(model))
     model.opt.tolerance *= before / (mean + model.dof_armature[:2].sum() / model.nv)
     return replace(arm, model=model)
+
+
+def stepped(chain: Arm, integrator: str, step: float) -> Arm:
+    """Return a copy of a chain or rod with another integrator and step [s], stable or not.
+
+    Raises:
+        ParameterError: there is no such integrator.
+    """
+    if integrator not in INTEGRATORS:
+        raise ParameterError(
+            f"integrator {integrator!r} is unknown; choose one of {', '.join(INTEGRATORS)}"
+        )
+    model = copy.copy(chain.model)
+    model.opt.integrator = INTEGRATORS[integrator]
+    model.opt.timestep = step
+    return replace(chain, model=model)
 
 
 def without_damping(arm: Arm) -> Arm:

@@ -58,7 +58,6 @@ class AssumedModes(NamedTuple):
     step: float
 
 
-@lru_cache(maxsize=64)
 def assumed_modes(
     parameters: Parameters, n: int = MODES, step: float = LONGEST_STEP
 ) -> AssumedModes:
@@ -68,6 +67,12 @@ def assumed_modes(
 
     Source: (6)-(38).
     """
+    return _whatever_step(parameters, n)._replace(step=step)
+
+
+@lru_cache(maxsize=64)
+def _whatever_step(parameters: Parameters, n: int) -> AssumedModes:
+    """Return the coefficients but for the step."""
     p = parameters
     integrals = modal_integrals(p, n or 1)  # none of which a rigid link takes
     stiffness = p.EI * p.L * (integrals.beta[:n] ** 2) ** 2  # first term of (42)
@@ -92,7 +97,7 @@ def assumed_modes(
         N=integrals.N[:n, :n].copy(),
         tip=integrals.tip[:n],
         slope=integrals.slope[:n, :n].copy(),
-        step=step,
+        step=LONGEST_STEP,
     )
 
 

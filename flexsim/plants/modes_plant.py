@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -25,6 +25,7 @@ from flexsim.mjcf.as_parameters import parameters_of
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import with_locked, without_damping
 from flexsim.numerics.dense import product
+from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.step_limits import (
     LONGEST_STEP,
     POSES,
@@ -120,31 +121,22 @@ class AssumedModesPlant:
     @cached_property
     def coefficients(self) -> AssumedModes:
         """Coefficients of the consistent equations."""
-        if self.chain is not None:
-            return modes_of_chain(self.chain, self.modes, self.step)
-        found = assumed_modes.assumed_modes(self.parameters, self.modes, self.step)
-        if not self.modal_damping or self.modes == 0:
-            return found
-        rates = 2 * np.array(self.modal_damping) * np.sqrt(found.stiffness / found.mass)
-        return found._replace(damping=np.diag(rates * found.mass))
+        own = (self.parameters, self.modes, self.chain, self.modal_damping)
+        return coefficients_of(*own)._replace(step=self.step)
 
     @property
     def highest_frequency(self) -> float:
         """Highest natural frequency with both joints free [rad/s], over poses of joint 2."""
-        p = self.coefficients
-        found = [assumed_modes.free_frequencies(p, pose).max(initial=0.0) for pose in POSES]
-        return float(max(found))
+        return self._rates[0]
 
     @property
     def fastest_decay(self) -> float:
         """Largest |lambda| of damped motions with both joints free [1/s], 0 without any."""
-        p = self.coefficients
-        D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
-        K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
-        still = np.zeros(self.modes)
-        return fastest_decay(
-            (assumed_modes.mass_matrix(p, np.array([0.0, pose, *still])), D, K) for pose in POSES
-        )
+        return self._rates[1]
+
+    @cached_property
+    def _rates(self) -> tuple[float, float]:
+        return free_rates(self.parameters, self.modes, self.chain, tuple(self.modal_damping))
 
     @property
     def longest_step(self) -> float:
@@ -156,6 +148,8 @@ class AssumedModesPlant:
 
         friction: of the motors' torques, the steepest [N m s/rad].
         """
+        if not any(friction):
+            return self.longest_step
         linear = [self.linearised(float(pose)) for pose in POSES]
         at_start = np.zeros_like(linear[0].D)
         at_start[[0, 1], [0, 1]] = friction * np.diag(linear[0].S[:2])
@@ -243,6 +237,42 @@ class AssumedModesPlant:
         own = replace(self.parameters, **motors_locking(held))
         chain = None if self.chain is None else with_locked(self.chain, held)
         return replace(self, parameters=own, chain=chain)
+
+
+def coefficients_of(
+    parameters: Parameters,
+    modes: int,
+    chain: ChainModel | None = None,
+    modal_damping: tuple[float, ...] = (),
+) -> AssumedModes:
+    """Return the coefficients of the consistent equations but for the step."""
+    if chain is not None:
+        return modes_of_chain(chain, modes, LONGEST_STEP)
+    found = assumed_modes.assumed_modes(parameters, modes)
+    if not modal_damping or modes == 0:
+        return found
+    rates = 2 * np.array(modal_damping) * np.sqrt(found.stiffness / found.mass)
+    return found._replace(damping=np.diag(rates * found.mass))
+
+
+@lru_cache(maxsize=64)
+def free_rates(
+    parameters: Parameters,
+    modes: int,
+    chain: ChainModel | None = None,
+    modal_damping: tuple[float, ...] = (),
+) -> tuple[float, float]:
+    """Return the highest frequency [rad/s] and fastest decay [1/s] with both joints free.
+
+    Over poses of joint 2; the decay is 0 where nothing is damped enough to matter.
+    """
+    p = coefficients_of(parameters, modes, chain, modal_damping)
+    D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
+    K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
+    still = np.zeros(modes)
+    masses = [assumed_modes.mass_matrix(p, np.array([0.0, pose, *still])) for pose in POSES]
+    squared = [natural_modes(K, M)[0][2:].max(initial=0.0) for M in masses]
+    return math.sqrt(max(squared)), fastest_decay((M, D, K) for M in masses)
 
 
 def stable_modes_step(

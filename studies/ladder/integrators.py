@@ -29,6 +29,7 @@ from flexsim.loop.metrics import rms_distance
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
 from flexsim.mjcf.chain_file import ChainModel, longest_step, mass_matrix
+from flexsim.mjcf.edits import INTEGRATORS, stepped
 from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.mujoco_c import quiet_warnings
@@ -39,12 +40,6 @@ from flexsim.plants.chain_plant import ChainPlant
 from studies.ladder.rows import IntegratorRow, ModalFigures
 from studies.parity.motions import AMPLITUDES, BRISK, POSE, trial_torque
 
-INTEGRATORS = {
-    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
-    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
-    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
-    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
-}
 STEPS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3)  # [s]
 QUICK_STEPS = (2.5e-4, 1e-3, 2e-3)
 FINER = 5  # steps of RK4 in the shortest: what all are held against
@@ -70,14 +65,6 @@ def frequencies(plant: Plant) -> tuple[Array, Array]:
         for omega in found
     )
     return first / (2 * np.pi), second / (2 * np.pi)
-
-
-def stepped(chain: ChainModel, integrator: str, step: float) -> ChainModel:
-    """Return a copy of the chain with another integrator and step [s], stable or not."""
-    model = copy.copy(chain.model)
-    model.opt.integrator = INTEGRATORS[integrator]
-    model.opt.timestep = step
-    return replace(chain, model=model)
 
 
 def step_map(chain: ChainModel) -> Array:

@@ -159,10 +159,11 @@ def verdict(found: Found) -> str:
             continue
         ratios = [row.ratio for row in own if row.ratio is not None]
         sure = [row for row in own if row.ratio_low is not None and row.ratio_high is not None]
-        words = f"{min(ratios):.3g} to {max(ratios):.3g}"
+        low, high = f"{min(ratios):.3g}", f"{max(ratios):.3g}"
+        words = low if low == high else f"{low} to {high}"
         if sure:
             inside = sum((row.ratio_low or 0) <= 1 <= (row.ratio_high or 0) for row in sure)
-            words += f"; the interval has 1 in it in {inside} of {len(sure)} cases"
+            words += f"; 1 lies in the interval in {inside} of {len(sure)}"
         said.append(f"Envelopes of {plant} over those of {own[0].against}: {words}.")
     for row in _strongest(found):
         if row.value is not None:
@@ -173,7 +174,7 @@ def verdict(found: Found) -> str:
         count = len(found.checks)
         said.append(
             f"MuJoCo's own runs belong among those in closed form in {count - len(outside)} of "
-            f"{count} cells."
+            f"{count} cases."
         )
     return "\n".join(said)
 

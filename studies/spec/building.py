@@ -9,7 +9,6 @@ its numbers stand in.
 
 from __future__ import annotations
 
-import copy
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import fields, replace
@@ -27,12 +26,15 @@ from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import Path, Reference, Trajectory, reference
 from flexsim.loop.waypoints import Waypoints
+from flexsim.mjcf.arm_file import require_stable_step
+from flexsim.mjcf.edits import stepped
 from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot, plant_kind
 from studies.spec.designs import Design, design_of
 from studies.spec.matrix import Combo, Matrix, Run
 from studies.spec.parts import NUMBERS, PARTS
-from studies.spec.places import Place, get, places, set_at, spelled
+from studies.spec.places import Place, changed, get, places, spelled
 from studies.spec.reading import decoded_part
 from studies.spec.resolving import Resolved, at
 
@@ -106,11 +108,11 @@ class Workshop:
         key: Key = (name, number, *changes)
 
         def make() -> Any:
-            item = copy.deepcopy(self.resolved.document[name][number])
+            item = self.resolved.document[name][number]
             for place, value in changes:
                 old = get(item, place[2:])
                 whole = isinstance(old, int) and float(value).is_integer()
-                set_at(item, place[2:], int(value) if whole else value)
+                item = changed(item, place[2:], int(value) if whole else value)
             with self.within(name, number):
                 return decoded_part(name, number, item)
 
@@ -181,8 +183,7 @@ class Workshop:
         def make() -> Plant:
             name = model or part.model
             with self.within("plants", run.plant):
-                step = {"step": part.step, "chain_step": part.step}
-                return robot.plant(name, chosen, **step)
+                return plant_of(robot, name, chosen, part.step, part.integrator)
 
         return self._once("plant", (*key, *of_robot, *motors, model), make)
 
@@ -268,6 +269,27 @@ class Workshop:
     def kind(self, run: Run) -> str:
         """Return the kind of a run's plant, without its size."""
         return plant_kind(self.study.plants[run.plant].model)[0]
+
+
+def plant_of(
+    robot: Robot, name: str, setting: Setting, step: float | None, integrator: str | None
+) -> Plant:
+    """Return a plant by its name, with a setting's motors.
+
+    Args:
+        step: physics step [s], None for the usual. integrator: of a chain, None for its own.
+
+    Raises:
+        ParameterError, ModelError: there is no such plant of the robot, or its step is too long.
+    """
+    if integrator is None:
+        return robot.plant(name, setting, step=step, chain_step=step)
+    usual = robot.plant(name, setting, chain_step=None if robot.given is None else step)
+    if not isinstance(usual, ChainPlant):
+        raise ParameterError(f"integrator is of chains, not of {name}; leave it out")
+    chain = stepped(usual.chain, integrator, usual.step if step is None else step)
+    require_stable_step(chain)
+    return replace(usual, chain=chain)
 
 
 def robot_of(part: Any, inputs: Any) -> Robot:

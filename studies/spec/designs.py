@@ -174,7 +174,7 @@ def _of_gains(one: Gains, other: Gains, realisation: str, terms: int, period: fl
     _require(realisation, OF_GAINS)
     joints = one, other
     for gains in joints:
-        _realised(gains, realisation, terms, period)  # refuses what cannot be built
+        check_finite("k3", gains.k3)
     kept = [[_operator(k, nu, realisation, terms, period) for k, nu in _terms(g)] for g in joints]
     if realisation != SECTIONS and all(len(a) == 1 for joint in kept for _, a in joint):
         size = max(len(b) for joint in kept for b, _ in joint)
@@ -205,10 +205,20 @@ def _times(gains: Gains, factors: Array) -> Gains:
 
 
 def _operator(k: float, nu: float | None, realisation: str, terms: int, period: float) -> Filter:
-    """Return the operator of a term, nothing where its gain is zero."""
-    if k == 0.0 or realisation == SECTIONS:
+    """Return the operator of a term, nothing where its gain is zero.
+
+    Raises:
+        ControllerError: there is no order, or the term overflows.
+    """
+    if check_finite("a gain", k) == 0.0 or realisation == SECTIONS:
         return np.zeros(1), np.ones(1)
-    return cached_operator(realisation, check_order("nu", nu or 0.0), period, terms)
+    if nu is None:
+        raise ControllerError(f"a gain of {k:g} has no order; give its nu")
+    b, a = cached_operator(realisation, check_order("nu", nu), period, terms)
+    with np.errstate(over="ignore"):
+        if not np.isfinite(k * b).all():
+            raise ControllerError(f"{k:g} times D^{nu:g} overflows; choose a smaller gain")
+    return b, a
 
 
 def _realised(gains: Gains, realisation: str, terms: int, period: float) -> Any:

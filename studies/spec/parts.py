@@ -59,11 +59,12 @@ WITH_FILE = (*OF_FILE, "stiffness", "density", "payload")  # what may stand besi
 
 
 class PlantPart(Part):
-    """A model of the robot, by its name, and the physics step [s]."""
+    """A model of the robot, by its name, the physics step [s], a chain's integrator."""
 
     model: str
     name: str | None = None
     step: float | None = None
+    integrator: Literal["RK4", "Euler", "implicitfast", "discrete"] | None = None
 
 
 class GainsPart(Part):

@@ -118,6 +118,16 @@ def set_at(document: Any, place: Place, value: Any) -> None:
     document[place[-1]] = value
 
 
+def changed(node: Any, place: Place, value: Any) -> Any:
+    """Return a copy of tables with another value at a place; what is not on the way is shared."""
+    if not place:
+        return value
+    step = place[0]
+    if isinstance(step, int):
+        return [*node[:step], changed(node[step], place[1:], value), *node[step + 1 :]]
+    return {**(node or {}), step: changed((node or {}).get(step), place[1:], value)}
+
+
 def put(document: dict[str, Any], path: str, value: Any) -> None:
     """Put a value at all places that a path names; errors as `places`."""
     if parsed(path)[0] == "robot":

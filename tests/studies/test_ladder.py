@@ -16,11 +16,12 @@ from flexsim.arm.parameters import paper
 from flexsim.loop.runs import measure
 from flexsim.loop.trajectories import reference, trajectory
 from flexsim.mjcf.chain_file import ChainModel, highest_frequency, longest_step
+from flexsim.mjcf.edits import stepped
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
 from studies.core.evidence.intervals import median_interval
 from studies.core.evidence.repeats import medians, perturbed
-from studies.ladder.integrators import exact_rates, frequencies, modal_figures, stepped
+from studies.ladder.integrators import exact_rates, frequencies, modal_figures
 from studies.ladder.ladder import QUICK_RUNGS, LadderConfig, extrapolated, run, rungs, tracking
 from studies.ladder.report import cheapest, front, tables, verdict
 from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips
