@@ -35,4 +35,4 @@ def plain(name: object, longest: int = LONGEST) -> str:
 
 def word(name: object) -> str:
     """Return a name as one word of ASCII letters, digits, dashes and underscores, for files."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", plain(name)).strip("_-") or "unnamed"
+    return re.sub(r"[^A-Za-z0-9-]+", "_", str(name)[: 2 * LONGEST]).strip("_-") or "unnamed"

@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from flexsim.errors import ParameterError
 from flexsim.loop.runs import measure
 from flexsim.loop.settings import Setting
 from flexsim.loop.trajectories import TRAJECTORIES, Reference, reference, trajectory
@@ -38,6 +39,23 @@ class Repeats:
     perturbations: int
     seed: int
     threads: int | None
+
+
+def check_untuned(config: Any) -> None:
+    """Refuse options of a `TablesConfig` that have no effect where nothing is tuned.
+
+    Raises:
+        ParameterError: one of them was given, or a controller twice.
+    """
+    usual = {item.name: item.default for item in fields(config)}
+    for name in ("exact", "generations", "population", "chain_generations"):
+        if getattr(config, name) != usual[name]:
+            option = name.replace("_", "-") if getattr(config, name) else f"no-{name}"
+            raise ParameterError(
+                f"--{option} has no effect: with --controller nothing is tuned; leave one out"
+            )
+    if len(set(config.controller)) != len(config.controller):
+        raise ParameterError(f"controllers are {' '.join(config.controller)}; name each once")
 
 
 def check(given: Sequence[AnyController], scenarios: Sequence[Scenario]) -> None:

@@ -14,7 +14,7 @@ laboratory; here one plant is the simulation, the other the laboratory. Controll
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,7 +22,6 @@ import numpy as np
 import tyro
 from rich.progress import Progress, TaskID
 
-from flexsim.errors import ParameterError
 from flexsim.loop.runs import measure
 from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
@@ -39,7 +38,7 @@ from studies.core.study_options import (
     SettingName,
 )
 from studies.tables.figures import figures
-from studies.tables.given import Repeats, check, evaluated
+from studies.tables.given import Repeats, check, check_untuned, evaluated
 from studies.tables.report import facts, files, tables, verdict
 from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
 from studies.tuning.distributions import NAMES
@@ -260,26 +259,13 @@ def ratios(rows: Sequence[RunRow], samples: Sequence[Sequence[float]], seed: int
     return found
 
 
-def _check_given(config: TablesConfig) -> None:
-    """Refuse options that have no effect where nothing is tuned."""
-    usual = {item.name: item.default for item in fields(TablesConfig)}
-    for name in ("exact", "generations", "population", "chain_generations"):
-        if getattr(config, name) != usual[name]:
-            option = name.replace("_", "-") if getattr(config, name) else f"no-{name}"
-            raise ParameterError(
-                f"--{option} has no effect: with --controller nothing is tuned; leave one out"
-            )
-    if len(set(config.controller)) != len(config.controller):
-        raise ParameterError(f"controllers are {' '.join(config.controller)}; name each once")
-
-
 def run_given(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     """Return what given controllers do on both plants and all trajectories.
 
     Raises:
         ParameterError, RunError: a controller, or another option, cannot be used.
     """
-    _check_given(config)
+    check_untuned(config)
     config = config.asked()
     given = list(controllers_of(config.controller).values())
     scenarios = scenarios_of(tunings(config)[-1], config.robot_of())

@@ -131,7 +131,9 @@ def test_a_run_is_a_group_of_its_own(tuned: Path, tuned_otherwise: Path, tmp_pat
         for each in tasks(CompareConfig(controllers=(str(tuned),), hardware="bench", seed=1))
     }
     assert bench == BENCH
-    with pytest.raises(FlexsimError, match=r"period of 0.002 s, got 0.001 s"):
+    with pytest.raises(
+        FlexsimError, match=r"0\.002 s, got 0\.001 s; give its own, with --period 0\.002"
+    ):
         tasks(CompareConfig(controllers=(str(tuned_otherwise),)))
     copy = Path(shutil.copytree(tuned, tmp_path / "small"))
     names = [each.name for each in tasks(CompareConfig(controllers=(str(tuned), str(copy))))]

@@ -27,7 +27,8 @@ from studies.tuning.found import controller_of, found_in
 EXACT = 1e-12  # of the largest output: the same sections, another order of summation
 FACTORED = 1e-10  # of the largest output: sections found as roots, of up to ten poles near z = 1
 INPUT = np.random.default_rng(3).standard_normal(2000)  # a pseudo-random error
-WARNINGS = ("-Wall", "-Wextra", "-Werror", "-std=c99", "-pedantic")
+CROWDED = 1e-6  # of the largest output: polynomials kept whole, summed in Octave's own order
+OPTIONS = ("-Wall", "-Wextra", "-Werror", "-std=c99", "-pedantic", "-ffp-contract=off")
 HOSTILE = '*/ int x; /* \'); evil() %\n""" \\ ${x} ??/ #coding=utf-7 é'
 MAIN = """\
 #include <stdio.h>
@@ -122,7 +123,7 @@ def compiled(header: Path, folder: Path, count: int) -> list[np.ndarray]:
     work.mkdir()
     shutil.copy(header, work / "controller.h")
     (work / "main.c").write_text(MAIN)
-    words = [compiler, *WARNINGS, "-o", str(work / "main"), str(work / "main.c")]
+    words = [compiler, *OPTIONS, "-o", str(work / "main"), str(work / "main.c")]
     built = subprocess.run(words, capture_output=True, text=True, check=False)
     assert (built.returncode, built.stderr) == (0, "")
     numbers = "\n".join([f"{count} {INPUT.size}", *map(repr, INPUT.tolist() * count)])
@@ -166,7 +167,7 @@ def rows_of(text: str, name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("case", CASES)
 def test_matlab_has_the_same_sections(case: str, exported: Exported) -> None:
-    """Read back as numbers; without MATLAB or Octave here, the file is not run."""
+    """Read back as numbers, also where there is neither MATLAB nor Octave."""
     words, tolerance = CASES[case]
     path, wanted = exported(words, "controller.m")
     text = path.read_text()
@@ -184,6 +185,32 @@ def test_matlab_has_the_same_sections(case: str, exported: Exported) -> None:
     assert_same(outputs, wanted, tolerance)
     opened = len(re.findall(r"^\s*(?:function|if|for)\b", text, re.M))
     assert opened == len(re.findall(r"^\s*end$", text, re.M))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_octave_gives_the_same_outputs(case: str, exported: Exported, tmp_path: Path) -> None:
+    """In one go as in two, from the state that the first leaves."""
+    octave = shutil.which("octave-cli")
+    if octave is None:
+        pytest.skip("no Octave (octave-cli) here: the function is not run")
+    words, tolerance = CASES[case]
+    _, wanted = exported(words, "controller.m")
+    np.savetxt(tmp_path / "in.txt", np.column_stack([INPUT] * len(wanted)), fmt="%.17g")
+    code = (
+        "x = load('in.txt'); y = controller(x); [p, s] = controller(x(1:777, :)); "
+        "q = controller(x(778:end, :), s); z = [y, [p; q]]; "
+        "save('-ascii', '-double', 'out.txt', 'z')"
+    )
+    ran = subprocess.run(
+        [octave, "--no-gui", "--eval", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    outputs = list(np.loadtxt(tmp_path / "out.txt").T)
+    assert_same(outputs, wanted * 2, CROWDED if case in ("whole", "integrator") else tolerance)
 
 
 @pytest.mark.parametrize("case", CASES)

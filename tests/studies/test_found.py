@@ -14,6 +14,7 @@ import pytest
 
 from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller, Gains
 from flexsim.errors import ParameterError, RunError
+from studies.core.text import word
 from studies.main import main
 from studies.tuning.distributions import NAMES
 from studies.tuning.found import (
@@ -224,6 +225,11 @@ def test_runs_of_one_name_are_numbered(tuned: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(tuned, tmp_path / "small"))
     found = controllers_of([str(tuned), "line", str(other)])
     assert [label_of(each) for each in found.values()] == ["run small", "line", "run small (2)"]
+    alike = ("a b", "a_b", "A|B", "a b (2)", "x" * 80, "x" * 81, "*", "?")
+    paths = [str(shutil.copytree(tuned, tmp_path / name)) for name in alike]
+    labels = [label_of(each) for each in controllers_of(paths).values()]
+    assert labels[:4] == ["run a b", "run a_b (2)", "run A_B (3)", "run a b (2) (2)"]
+    assert len({word(each).lower() for each in labels}) == len(alike)
 
 
 def test_controllers_of_ours_are_scaled_as_those_of_runs(tuned: Path) -> None:
