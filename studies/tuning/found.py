@@ -240,9 +240,9 @@ def controllers_of(names: Sequence[str], others: Sequence[str] = ()) -> dict[str
             each = next(
                 one
                 for one in (_numbered(each, count) for count in itertools.count(1))
-                if word(one.name).lower() not in taken
+                if word(label_of(one)).lower() not in taken
             )
-            taken.add(word(each.name).lower())
+            taken.add(word(label_of(each)).lower())
         found[name] = each
     return found
 
