@@ -6,6 +6,7 @@ one polynomial is a sum of cascades, `Sections`.
 """
 
 from controllers.errors import ControllerError
+from controllers.factored import Factored, factored, state_space
 from controllers.fractions import backward_fraction, tustin_fraction
 from controllers.operators import REALISATIONS, Realisation, operator
 from controllers.oustaloup import oustaloup, oustaloup_cascade
@@ -34,12 +35,14 @@ __all__ = [
     "Cascade",
     "Controller",
     "ControllerError",
+    "Factored",
     "Filter",
     "Gains",
     "Realisation",
     "ResponseError",
     "Sections",
     "backward_fraction",
+    "factored",
     "fractional_pid",
     "frequency_response",
     "gruenwald_letnikov",
@@ -51,6 +54,7 @@ __all__ = [
     "oustaloup_pid",
     "parallel",
     "response_error",
+    "state_space",
     "textbook_pid",
     "tustin",
     "tustin_fraction",

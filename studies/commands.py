@@ -41,6 +41,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "DriveConfig",
         "drive a plant open loop with a recorded torque",
     ),
+    "follow": (
+        "tools.follow",
+        "FollowConfig",
+        "close one loop: a controller follows a trajectory on a plant",
+    ),
     "chain": (
         "tools.chain",
         "ChainConfig",
@@ -49,7 +54,7 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
     "filter": (
         "tools.filter",
         "FilterConfig",
-        "coefficients and response of a fractional operator",
+        "coefficients and response of an operator or a controller; C, MATLAB",
     ),
     "benchmark": (
         "tools.benchmark",

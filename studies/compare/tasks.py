@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from controllers import TABLE_2, TUNED, TUNED_IDEAL
+from flexsim.errors import ParameterError
 from flexsim.loop.hardware import HARDWARE, IDEAL, Hardware, overridden
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import TRAJECTORIES, Trajectory, trajectory
@@ -186,7 +187,10 @@ def _tasks_of(config: CompareConfig, name: str) -> list[Task]:
     if name in SET_OF:
         return [_task(config, SET_OF[name], shape, DEVISED[name]) for shape in TRAJECTORIES]
     given = config.given[name]
-    given.found.filters(config.period)  # refuses another
+    try:
+        given.found.filters(config.period)
+    except ParameterError as error:
+        raise ParameterError(f"{error}, with --period {given.found.period:g}") from None
     return [
         Task(
             path,

@@ -25,14 +25,14 @@ def one_line(text: object) -> str:
     return spelled(" ".join(str(text).split()))
 
 
-def plain(name: object) -> str:
-    """Return a name of ASCII letters, digits, blanks and `-+.,()`, all else an underscore.
+def plain(name: object, longest: int = LONGEST) -> str:
+    """Return a name of ASCII letters, digits, blanks and `-+.,:()`, all else an underscore.
 
     So it is neither markup, nor a formula, nor the end of a comment, wherever it is written.
     """
-    return re.sub(r"[^A-Za-z0-9 +.,()-]", "_", str(name))[:LONGEST].strip() or "_"
+    return re.sub(r"[^A-Za-z0-9 +.,:()-]", "_", str(name))[:longest].strip() or "_"
 
 
 def word(name: object) -> str:
     """Return a name as one word of ASCII letters, digits, dashes and underscores, for files."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", plain(name)).strip("_-") or "unnamed"
+    return re.sub(r"[^A-Za-z0-9-]+", "_", str(name)[: 2 * LONGEST]).strip("_-") or "unnamed"

@@ -159,8 +159,8 @@ def verdict(found: Found) -> str:
             continue
         ratios = [row.ratio for row in own if row.ratio is not None]
         sure = [row for row in own if row.ratio_low is not None and row.ratio_high is not None]
-        low, high = f"{min(ratios):.3g}", f"{max(ratios):.3g}"
-        words = low if low == high else f"{low} to {high}"
+        ends = dict.fromkeys((f"{min(ratios):.3g}", f"{max(ratios):.3g}"))
+        words = " to ".join(ends)
         if sure:
             inside = sum((row.ratio_low or 0) <= 1 <= (row.ratio_high or 0) for row in sure)
             words += f"; 1 lies in the interval in {inside} of {len(sure)}"

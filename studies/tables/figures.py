@@ -31,7 +31,7 @@ from studies.core.figures import (
     name_lines,
 )
 from studies.core.paper import CASES, PAPER_MARKERS, PLANTS, case_name, paper_envelopes
-from studies.tables.rows import RunRow, TablesResult
+from studies.tables.rows import GivenRow, RunRow, TablesResult
 
 COLOURS = {plant: STYLES[plant]["color"] for plant in PLANTS} | {"both": GREEN}  # tuned on
 MARKERS = PLANT_MARKERS | {"both": OTHER_MARKER}
@@ -42,7 +42,8 @@ PALE = 0.55  # of the colour map, where letters turn from white to black
 
 def figures(result: TablesResult) -> Iterator[tuple[str, Figure]]:
     """Give the envelopes of Figures 3 to 6's cases, and of every controller everywhere."""
-    yield "envelopes", envelope_figure(result.rows)
+    if result.tuned:
+        yield "envelopes", envelope_figure(result.rows)
     yield "transfer", transfer_figure(result.rows)
 
 
@@ -93,14 +94,20 @@ def envelope_figure(rows: Sequence[RunRow]) -> Figure:
     return finish(figure, panels, legend=5)
 
 
+def _rank(row: RunRow, shapes: Sequence[str]) -> int:
+    """Return where tuned controllers come, those for the first trajectory first; given as given."""
+    return 0 if isinstance(row, GivenRow) else shapes.index(row.tuned_for)
+
+
 def _heat(axes: Axes, rows: Sequence[RunRow], colours: LogNorm) -> AxesImage:
     """Draw the envelopes [mm] of one plant, controllers down and trajectories across."""
     shapes = distinct(rows, "trajectory")
-    names = [(shape, on) for shape in shapes for on in distinct(rows, "tuned_on")]
+    one_of = {row.origin: row for row in sorted(rows, key=lambda row: _rank(row, shapes))}
+    names = list(one_of)
     lengths = np.full((len(names), len(shapes)), np.nan)
     for row in rows:
         if row.envelope is not None:
-            place = names.index((row.tuned_for, row.tuned_on)), shapes.index(row.trajectory)
+            place = names.index(row.origin), shapes.index(row.trajectory)
             lengths[place] = MM * row.envelope
     shown = np.ma.masked_invalid(lengths)
     image = axes.imshow(shown, cmap="viridis_r", norm=colours, aspect="auto")
@@ -110,10 +117,10 @@ def _heat(axes: Axes, rows: Sequence[RunRow], colours: LogNorm) -> AxesImage:
         colour = "white" if known and colours(length) > PALE else "black"
         text = f"{length:.1f}" if known else "diverged"
         axes.text(j, i, text, color=colour, size=FONT, ha="center", va="center")
-        if names[i][0] == shapes[j]:
+        if one_of[names[i]].tuned_for == shapes[j]:
             axes.add_patch(Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, **FRAME))
     axes.set_xticks(range(len(shapes)), [f"on the {shape}" for shape in shapes])
-    axes.set_yticks(range(len(names)), [f"for the {a}, on {spoken(b)}" for a, b in names])
+    axes.set_yticks(range(len(names)), [row.origin_words for row in one_of.values()])
     return image
 
 

@@ -58,6 +58,8 @@ def _paper(row: RunRow) -> str:
 def tables(result: TablesResult) -> list[Table]:
     """Return Table 3, every controller everywhere, the deterioration, and Table 2."""
     plants = " | ".join(spoken(plant) for plant in dict.fromkeys(r.run_on for r in result.rows))
+    if not result.tuned:
+        return _given(result, plants)
     about = (
         f"In mm, run on {plants}; the paper's: simulation | laboratory.\n"
         "Medians over runs whose gains differ in their fourth digits; div: half of them\n"
@@ -72,6 +74,36 @@ def tables(result: TablesResult) -> list[Table]:
         _deterioration(result.ratios),
         _table_2(result.controllers),
     ]
+
+
+def _given(result: TablesResult, plants: str) -> list[Table]:
+    """Return what given controllers do on every trajectory, and the plants' ratios."""
+    about = (
+        f"In mm, run on {plants}.\nMedians over runs whose gains differ in their fourth digits; "
+        "div: half of them\ndiverged; *: fewer did.\n\nEvery controller on every trajectory"
+    )
+    return [
+        Table(result.rows, key="rows", file="results.csv"),
+        Table(result.ratios, key="ratios", file="ratios.csv"),
+        Table(
+            result.rows,
+            (Column("trajectory"), *map(_length, SHOWN)),
+            about,
+            line=("controllers", "trajectory"),
+            across="run_on",
+            section=(Column("controllers"), Column("tuned_for", form=_for)),
+        ),
+        Table(
+            result.ratios,
+            (Column("controllers"), Column("trajectory"), Column("ratio", form=_ratio)),
+            f"Ratio of envelopes, {result.ratios[0].direction}, with its 95 % interval",
+            tight=True,
+        ),
+    ]
+
+
+def _for(row: RunRow) -> str:
+    return f"tuned for the {row.tuned_for}"
 
 
 def _table_3(rows: Sequence[RunRow], title: str) -> Table:
@@ -179,12 +211,21 @@ def verdict(result: TablesResult) -> str:
         f"{held} of {len(rows)} runs hold, {held_own} of {len(own)} on their own trajectory.",
         "Ratios of envelopes:",
     ]
+    if not result.tuned:
+        mine = result.ratios
+        lines.append(f"  {mine[0].direction:<40}{_range([row.ratio for row in mine])}")
+        return "\n".join(lines)
     for tuned_on in dict.fromkeys(row.tuned_on for row in result.ratios):
         mine = [row for row in result.ratios if row.tuned_on == tuned_on]
         name = f"tuned on {spoken(tuned_on)}, {mine[0].direction}"
         lines.append(f"  {name:<40}{_range([row.ratio for row in mine])}")
     paper = _range([row.paper_ratio for row in mine])
     return "\n".join([*lines, f"  {'the paper, laboratory / simulation':<40}{paper}"])
+
+
+def facts(result: TablesResult) -> dict[str, Any]:
+    """Return the controllers of runs of flexsim tune, if any were given."""
+    return {"runs": result.given} if result.given else {}
 
 
 def files(folder: Path, _: Any, result: TablesResult) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from flexsim.recording.traces import spoken
 from studies.core.paper import case_name, paper_envelopes
@@ -49,9 +50,36 @@ class RunRow:
         return spoken(self.tuned_on)
 
     @property
+    def origin(self) -> tuple[str, ...]:
+        """What tells its controller from the others."""
+        return self.tuned_for, self.tuned_on
+
+    @property
+    def origin_words(self) -> str:
+        """The same in words."""
+        return f"for the {self.tuned_for}, on {self.plant_tuned_on}"
+
+    @property
     def paper(self) -> tuple[float, float] | None:
         """Table 3's envelopes [m]."""
         return paper_envelopes(self.trajectory, self.tuned_for)
+
+
+@dataclass(frozen=True)
+class GivenRow(RunRow):
+    """The same of a controller that was given: `controllers` is what it is called."""
+
+    controllers: str = ""
+
+    @property
+    def origin(self) -> tuple[str, ...]:
+        """What tells its controller from the others."""
+        return (self.controllers,)
+
+    @property
+    def origin_words(self) -> str:
+        """The same in words."""
+        return self.controllers
 
 
 @dataclass(frozen=True)
@@ -98,11 +126,25 @@ class RatioRow:
         return " / ".join(spoken(plant).removeprefix("assumed ") for plant in pair)
 
 
+@dataclass(frozen=True)
+class GivenRatio(RatioRow):
+    """The same of a controller that was given: `controllers` is what it is called."""
+
+    controllers: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class TablesResult:
-    """Rows per run, controller, and case of the deterioration; the chain's MJCF."""
+    """Rows per run, controller, and case of the deterioration; the chain's MJCF; what runs of
+    flexsim tune gave. Of controllers that were given, not tuned, rows are `GivenRow`s."""
 
     rows: list[RunRow]
     controllers: list[ControllerRow]
     ratios: list[RatioRow]
     mjcf: str
+    given: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def tuned(self) -> bool:
+        """Whether the controllers were tuned here."""
+        return not any(isinstance(row, GivenRow) for row in self.rows)

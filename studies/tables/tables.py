@@ -7,7 +7,8 @@
 Section 3.2's algorithm, once per trajectory on the assumed modes, the chain, and the worse of
 both, what grows on the exact linear loop rejected unless told otherwise: nine controllers, each
 then run on both plants and all trajectories. The paper tuned in simulation and went to the
-laboratory; here one plant is the simulation, the other the laboratory.
+laboratory; here one plant is the simulation, the other the laboratory. Controllers that are given
+(`--controller`) are run so instead, and nothing is tuned.
 """
 
 from __future__ import annotations
@@ -15,24 +16,33 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+import tyro
 from rich.progress import Progress, TaskID
 
 from flexsim.loop.runs import measure
 from flexsim.loop.settings import DEFAULT_SETTING, Setting
 from flexsim.loop.trajectories import TRAJECTORIES, reference, trajectory
 from flexsim.plants.base import Plant
-from studies.core.carry_out import Study
+from studies.core.carry_out import Study, ticker
 from studies.core.evidence.intervals import known_ends, ratio_interval
 from studies.core.evidence.repeats import PERTURBATION, medians, values_of
 from studies.core.paper import CASES, PLANTS, paper_envelopes
-from studies.core.study_options import LoopOptions, Out, Perturbations, Population, SettingName
+from studies.core.study_options import (
+    LoopOptions,
+    Out,
+    Perturbations,
+    Population,
+    SettingName,
+)
 from studies.tables.figures import figures
-from studies.tables.report import files, tables, verdict
+from studies.tables.given import Repeats, check, check_untuned, evaluated
+from studies.tables.report import facts, files, tables, verdict
 from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
 from studies.tuning.distributions import NAMES
+from studies.tuning.found import GAINS, FoundController, controllers_of
 from studies.tuning.genetic import Generation, Search
 from studies.tuning.individuals import Filters
 from studies.tuning.problem import distribution_for, problem_of, tune
@@ -44,7 +54,6 @@ FROM_TO = {  # tuned on: plants in the roles of simulation and laboratory
     "chain": ("chain", "assumed-modes"),
     "both": ("assumed-modes", "chain"),
 }
-GAINS = [NAMES.index(name) for name in NAMES if name.startswith("k")]
 CHAIN_COST = (
     5  # generations on the assumed modes that take as long as one on the chain, in closed form
 )
@@ -71,6 +80,9 @@ class TablesConfig(LoopOptions):
     chain_generations: int = 100
     """Generations at most where the chain is simulated, which takes five times as long."""
     perturbations: Perturbations = 20
+    controller: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["--controllers"])] = ()
+    """Tune nothing; run these on both plants and all trajectories: names as in flexsim stability,
+    or folders of runs of flexsim tune."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +108,7 @@ class Found:
             return []
         factors = np.ones((1 + perturbations, len(NAMES)))
         rng = np.random.default_rng(self.tuning.seed)
-        factors[1:, GAINS] += PERTURBATION * rng.standard_normal((perturbations, len(GAINS)))
+        factors[1:, list(GAINS)] += PERTURBATION * rng.standard_normal((perturbations, len(GAINS)))
         built = self.tuning.design.filters(factors * best)
         return [each for each in built if each is not None]
 
@@ -247,12 +259,32 @@ def ratios(rows: Sequence[RunRow], samples: Sequence[Sequence[float]], seed: int
     return found
 
 
+def run_given(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
+    """Return what given controllers do on both plants and all trajectories.
+
+    Raises:
+        ParameterError, RunError: a controller, or another option, cannot be used.
+    """
+    check_untuned(config)
+    config = config.asked()
+    given = list(controllers_of(config.controller).values())
+    scenarios = scenarios_of(tunings(config)[-1], config.robot_of())
+    check(given, scenarios)
+    how = Repeats(config.perturbations, config.seed, config.threads)
+    rows, ratios = evaluated(given, scenarios, how, ticker(progress, "runs", len(given)))
+    (mjcf,) = (plant.mjcf for plant, _ in scenarios if plant.mjcf is not None)
+    facts = [each.facts for each in given if isinstance(each, FoundController)]
+    return TablesResult([*rows], [], [*ratios], mjcf, facts)
+
+
 def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     """Return nine tuned controllers and what each does on both plants and all trajectories.
 
     Raises:
         ParameterError, ModelError: an unknown setting, or a number out of range.
     """
+    if config.controller:
+        return run_given(config, progress)
     config = config.asked()
     chosen = tunings(config)
     scenarios = scenarios_of(chosen[-1], config.robot_of())  # tuned on both
@@ -271,4 +303,4 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     return TablesResult(list(rows), [each.row for each in found], deterioration, mjcf)
 
 
-command = Study(run, tables, verdict, figures, files=files)
+command = Study(run, tables, verdict, figures, facts, files)

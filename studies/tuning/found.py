@@ -12,6 +12,7 @@ come with flexsim, too, `controller_of` takes either:
 from __future__ import annotations
 
 import difflib
+import itertools
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -28,7 +29,7 @@ from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from studies.core.paper import FIGURE_OF
-from studies.core.text import plain, spelled
+from studies.core.text import LONGEST, plain, spelled, word
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import Filters, moderate
@@ -222,7 +223,8 @@ def run_named(name: str, others: Sequence[str] = ()) -> FoundController:
 
 
 def controllers_of(names: Sequence[str], others: Sequence[str] = ()) -> dict[str, AnyController]:
-    """Return several controllers by what they are called, of runs of one name the later numbered.
+    """Return several controllers by what they are called; runs whose names are too alike for
+    tables or files have a number, all but the first.
 
     Args:
         names: of controllers or folders. others: what would have done as well, for messages.
@@ -231,16 +233,26 @@ def controllers_of(names: Sequence[str], others: Sequence[str] = ()) -> dict[str
         ParameterError, RunError: as `controller_of`.
     """
     found: dict[str, AnyController] = {}
-    labels: list[str] = []
+    taken: set[str] = set()
     for name in names:
         each = OWN[name] if name in OWN else run_named(name, others)
         if isinstance(each, FoundController):
-            label = plain(each.name)
-            labels.append(label)
-            if (count := labels.count(label)) > 1:
-                each = replace(each, name=f"{label} ({count})")
+            each = next(
+                one
+                for one in (_numbered(each, count) for count in itertools.count(1))
+                if word(label_of(one)).lower() not in taken
+            )
+            taken.add(word(label_of(each)).lower())
         found[name] = each
     return found
+
+
+def _numbered(controller: FoundController, count: int) -> FoundController:
+    """Return a run's controller, under its plain name with a number if it is not the first."""
+    if count == 1:
+        return controller
+    number = f" ({count})"
+    return replace(controller, name=plain(controller.name, LONGEST - len(number)) + number)
 
 
 def label_of(controller: AnyController) -> str:

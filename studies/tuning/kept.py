@@ -125,6 +125,15 @@ def tuning_from(folder: Path, values: Mapping[str, Any], required: Collection[st
         raise _damaged(folder) from None
 
 
+def described(tuning: Tuning) -> str:
+    """Return in one line what was tuned."""
+    how = f"{tuning.controller} ({tuning.realisation})"
+    return (
+        f"{tuning.trajectory}, {' and '.join(tuning.plants)}, {how}, setting {tuning.setting}, "
+        f"{tuning.tuner}, seed {tuning.seed}"
+    )
+
+
 def draws_from(folder: Path, table: Mapping[str, Any]) -> Distribution:
     """Return the distribution that a run's table describes; arguments and errors as above."""
     if set(table) != set(NAMES):

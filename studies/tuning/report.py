@@ -23,7 +23,7 @@ from studies.core.table import Column, Table
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import in_si
-from studies.tuning.kept import RESULT
+from studies.tuning.kept import RESULT, described
 from studies.tuning.tuning import Tuning
 
 TABLE, RECORDING = "convergence.csv", "convergence.rrd"
@@ -111,15 +111,6 @@ def course_figure(search: Search, title: str) -> Figure:
     lower.plot(generation, 100 * column["stable_share"], color=GREEN, linewidth=2.0)
     lower.set(xlabel="generation", ylabel="stable [%]", ylim=(0, 105))
     return finish(figure, [upper, lower])
-
-
-def described(tuning: Tuning) -> str:
-    """Return in one line what was tuned."""
-    how = f"{tuning.controller} ({tuning.realisation})"
-    return (
-        f"{tuning.trajectory}, {' and '.join(tuning.plants)}, {how}, setting {tuning.setting}, "
-        f"{tuning.tuner}, seed {tuning.seed}"
-    )
 
 
 def is_concluded(

@@ -124,7 +124,11 @@ def test_an_unknown_option_is_named(command: str, capsys: pytest.CaptureFixture[
         ("compare --out", "'--out'. Expected 1 values"),
         ("compare --json maybe", "maybe"),
         ("chain --segments six --out c.xml", "--segments: invalid literal for int"),
-        ("filter --order half", "--order: could not convert string to float: 'half'"),
+        ("filter --order half", "could not convert string to float: 'half'"),
+        (
+            "drive --theta1 half --torque t.csv --out o.csv",
+            "--theta1: could not convert string to float: 'half'",
+        ),
         ("filter", "--order"),
         ("benchmark --rounds 1.5", "--rounds"),
         ("benchmark --seconds nan", "seconds is nan; give 0.01 to 5"),

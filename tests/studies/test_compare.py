@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from quick_run import QuickRun
 
 from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
-from flexsim import FlexsimError, Parameters, Robot
+from flexsim import FlexsimError, Parameters, Robot, closed_loop, measure
 from flexsim.loop.hardware import HARDWARE, Hardware
 from flexsim.loop.settings import setting
 from flexsim.loop.trajectories import TRAJECTORIES, trajectory
@@ -25,6 +26,7 @@ from studies.compare.report import group_verdict, tables, true_tip_rows, verdict
 from studies.compare.rows import Against, CompareRow, Comparison
 from studies.compare.tasks import CompareConfig, Task, hardware_name, tasks
 from studies.core.evidence.check_sample import Check
+from studies.core.evidence.holding import exact_numbers
 from studies.core.evidence.repeats import PERTURBATION, medians, perturbed
 from studies.main import main
 
@@ -35,6 +37,7 @@ TRUE_TIP_SHARE = 0.2  # of the uncompensated envelope: the aim of the shaped ref
 PAIRS = [("line", "line"), ("two-loop", "two-loop"), ("circle", "circle"), ("line", "two-loop")]
 FIGURES = {"line": "figure-3", "two-loop": "figure-4", "circle": "figure-5"}
 PLANTS = ("assumed-modes", "chain")
+ROUNDING = 1e-12  # relative: sums over samples in another order
 SPREAD = 0.1  # relative: of a standard deviation over 1200 draws, five times its own
 BOTH_SETS = ("ours", "table2")
 BENCH = replace(HARDWARE["bench"], seed=1)
@@ -93,8 +96,121 @@ def test_hardware_that_is_named_is_everybodys() -> None:
     assert words.startswith("ours: delay of 1 sample") and words.endswith("; ideal: ideal")
     assert CompareConfig(controllers=("ideal", "table2")).hardware_words == "ideal"
     assert every.hardware_words == every.built.words()
-    with pytest.raises(FlexsimError, match="'mine' are unknown; choose of ours, ideal, table2"):
+    with pytest.raises(
+        FlexsimError, match="'mine' is unknown; choose of ours, ideal, table2, line"
+    ):
         tasks(CompareConfig(controllers=("mine",)))
+
+
+def test_one_of_a_set_is_run_on_every_trajectory() -> None:
+    """As in its set, each case once."""
+    found = tasks(CompareConfig(controllers=("ideal-circle", "figure-4")))
+    assert [(each.label, each.trajectory.name, each.group, each.setting) for each in found] == [
+        *(("ideal circle", path, "ideal", "simulink") for path in TRAJECTORIES),
+        *(("Table 2 two-loop", path, "table2", "reconstructed") for path in TRAJECTORIES),
+    ]
+    assert {each.hardware for each in found} == {Hardware(seed=1)}
+    both = tasks(CompareConfig(controllers=("circle", "ours")))
+    names = [each.name for each in both]
+    assert len(names) == len(set(names)) == 6 and names[:3] == [
+        *("tuned_line_by_circle", "tuned_two-loop_by_circle", "tuned_circle"),
+    ]
+
+
+def test_a_run_is_a_group_of_its_own(tuned: Path, tuned_otherwise: Path, tmp_path: Path) -> None:
+    """On every trajectory, with the hardware that it is for unless told otherwise."""
+    found = tasks(CompareConfig(controllers=("ours", str(tuned))))[4:]
+    assert [(each.label, each.trajectory.name, each.group, each.name) for each in found] == [
+        ("run small circle", path, "run small", f"run_small_{path}") for path in TRAJECTORIES
+    ]
+    assert {(each.hardware, each.setting, each.holder) for each in found} == {
+        (Hardware(seed=1), "simulink", "run small")
+    }
+    (bench,) = {
+        each.hardware
+        for each in tasks(CompareConfig(controllers=(str(tuned),), hardware="bench", seed=1))
+    }
+    assert bench == BENCH
+    with pytest.raises(
+        FlexsimError, match=r"0\.002 s, got 0\.001 s; give its own, with --period 0\.002"
+    ):
+        tasks(CompareConfig(controllers=(str(tuned_otherwise),)))
+    copy = Path(shutil.copytree(tuned, tmp_path / "small"))
+    names = [each.name for each in tasks(CompareConfig(controllers=(str(tuned), str(copy))))]
+    assert len(set(names)) == 6
+
+
+def test_the_hardware_of_a_run_is_the_last_that_it_was_tuned_with(
+    tuned: Path, tmp_path: Path
+) -> None:
+    run = Path(shutil.copytree(tuned, tmp_path / "run"))
+    content = json.loads((run / "config.json").read_text())
+    content["configuration"] |= {"hardware": ["delayed", "bench", "ideal"], "hardware_counts": 99}
+    (run / "config.json").write_text(json.dumps(content))
+    config = CompareConfig(controllers=(str(run), "ideal"))
+    assert config.built == replace(BENCH, counts=99)
+    assert replace(config, hardware_counts=7).built == replace(BENCH, counts=7)
+    assert config.hardware_words.endswith("; ideal: ideal")
+
+
+def test_a_runs_loop_has_its_own_v(tuned_otherwise: Path) -> None:
+    config = CompareConfig(
+        controllers=(str(tuned_otherwise),), period=2e-3, perturbations=2, circle=SHORT
+    )
+    task = tasks(config)[2]
+    plants = plants_of(config, task.setting)
+    rows, found = run_task(task, plants, config)
+    mine = perturbed(task.controller, 2, np.random.default_rng(config.seed))
+    chosen = setting(task.setting, task.hardware)
+    for row, each in zip(rows, found, strict=True):
+        ref = each.stage.reference
+        how = (each.stage.simulated, chosen, ref, [one.filters(2e-3) for one in mine])
+        ignored, mirrored = (
+            medians(measure(*how, SHORT.hold, v_gain=v_gain)) for v_gain in (0.0, -1.0)
+        )
+        assert row.found.envelope == pytest.approx(ignored.envelope, rel=ROUNDING)
+        assert ignored.envelope != mirrored.envelope
+        (shown,) = closed_loop(
+            each.stage.plant, chosen, ref, [mine[row.shown - 1].filters(2e-3)], v_gain=0.0
+        )
+        np.testing.assert_array_equal(each.motion.v, shown.v)
+
+
+@pytest.mark.parametrize("name", ["mine", "$x$ |*red*] \n '"])
+def test_a_run_is_compared_by_the_command(
+    name: str, tuned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever its folder is called: tables, figures and recording are written."""
+    run, out = Path(shutil.copytree(tuned, tmp_path / name)), tmp_path / "out"
+    words = ["compare", "--quick", "--controller", str(run), "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    plain_name = "mine" if name == "mine" else "_x_ __red__ _ _"
+    assert f"Controllers of run {plain_name}, tuned for the circle, setting simulink" in said
+    figures = {path.name for path in (out / "figures").iterdir()}
+    assert len(figures) == 4 and any(each.endswith("_two-loop.png") for each in figures)
+    kept = json.loads((out / "config.json").read_text())
+    assert kept["configuration"]["controllers"] == [str(run)]
+    (given,) = kept["runs"]
+    result = json.loads((run / "result.json").read_text())
+    assert given["parameters"] == result["best_parameters"]
+    assert given["trajectory"] == "circle" and (out / "run.rrd").stat().st_size > 10_000
+
+
+def test_a_run_is_said_to_hold_or_not(tuned_otherwise: Path) -> None:
+    """By its own loop, which ignores v, in the exact linear loop as in the runs."""
+    config = CompareConfig(
+        controllers=(str(tuned_otherwise),), period=2e-3, perturbations=1, circle=SHORT
+    )
+    task = tasks(config)[2]
+    found = run_task(task, plants_of(config, task.setting)[:1] * 2, config)[1]
+    mine = (task.trajectory, task.holder, task.controller, config.period, Robot())
+    chosen = setting(task.setting, task.hardware)
+    row = holding_rows(found, chosen, *mine)[0]
+    own = exact_numbers(chosen, SHORT, task.controller, 2e-3, Robot(), v_gain=0.0)
+    other = exact_numbers(chosen, SHORT, task.controller, 2e-3, Robot())
+    assert (row.case, row.controllers) == ("circle by run otherwise", "run otherwise")
+    assert row.holding.growth == own["growth"] != other["growth"]
 
 
 def test_configuration_reaches_the_cases() -> None:
@@ -203,7 +319,7 @@ def test_holding_is_said_of_every_plant() -> None:
     config = CompareConfig(perturbations=1, setting="none")
     task = named("tuned_line", config)
     rows, found = run_task(task, plants_of(config, task.setting), config)
-    given = (task.trajectory, task.label, task.controller, config.period, Robot())
+    given = (task.trajectory, task.holder, task.controller, config.period, Robot())
     held = holding_rows(found, setting("none"), *given)
     assert [row.plant for row in held] == [row.plant for row in rows] == list(PLANTS)
     assert all(row.holds and row.case == "line" for row in held)

@@ -12,31 +12,31 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controllers import Controller, Gains
+from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller, Gains
 from flexsim.errors import ParameterError, RunError
+from studies.core.text import word
 from studies.main import main
 from studies.tuning.distributions import NAMES
-from studies.tuning.found import FoundController, found_in
+from studies.tuning.found import (
+    OWN,
+    FoundController,
+    controller_of,
+    controllers_of,
+    devised_for,
+    found_in,
+    label_of,
+    period_of,
+    v_gain_of,
+)
 from studies.tuning.individuals import ControllerDesign
 
 ROUNDING = 1e-14  # relative to the largest tap: two orders of summation of eleven terms
-SMALL = (  # some hold from the first generation on
-    *("--trajectory", "circle", "--setting", "none", "--distribution", "wide", "--seed", "2"),
-    *("--population", "12", "--survivors", "3", "--generations", "4"),
-)
 FACTORS = np.array([1.1, 0.9, 1.2, 0.8, 1.3, 0.7])  # of k1 to k6
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("found") / "circle-run"
-    assert main(["tune", *SMALL, "--out", str(folder)]) == 0
-    return folder
-
-
 @pytest.fixture
-def copied(run: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(run, tmp_path / "copy"))
+def copied(tuned: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(tuned, tmp_path / "copy"))
 
 
 def change(folder: Path, name: str, edit: Callable[[Any], None]) -> None:
@@ -55,9 +55,9 @@ def own(parameters: np.ndarray) -> Controller:
     return Controller("", *halves, "")
 
 
-def test_it_is_the_results(run: Path) -> None:
-    found, result = found_in(run), json.loads((run / "result.json").read_text())
-    assert (found.name, found.period, found.tuning.trajectory) == ("circle-run", 1e-3, "circle")
+def test_it_is_the_results(tuned: Path) -> None:
+    found, result = found_in(tuned), json.loads((tuned / "result.json").read_text())
+    assert (found.name, found.period, found.tuning.trajectory) == ("small", 1e-3, "circle")
     assert found.parameters.tolist() == [result["best_parameters"][name] for name in NAMES]
     pairs = zip(found.filters(1e-3), own(found.parameters).filters(1e-3), strict=True)
     for (b, a), (own_b, own_a) in pairs:
@@ -65,13 +65,13 @@ def test_it_is_the_results(run: Path) -> None:
         assert np.abs(b - own_b).max() <= ROUNDING * np.abs(own_b).max()
 
 
-def test_the_folder_may_be_spelled_in_any_way(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(run)
-    assert found_in(Path(".")).name == found_in(Path("figures/..")).name == "circle-run"
+def test_the_folder_may_be_spelled_in_any_way(tuned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tuned)
+    assert found_in(Path(".")).name == found_in(Path("figures/..")).name == "small"
 
 
-def test_gains_are_perturbed_in_their_order(run: Path) -> None:
-    found = found_in(run)
+def test_gains_are_perturbed_in_their_order(tuned: Path) -> None:
+    found = found_in(tuned)
     scaled = found.parameters * [1.1, 1, 0.9, 1, 1.2, 0.8, 1, 1.3, 1, 0.7]
     (expected,) = ControllerDesign().filters(scaled[None])
     assert expected is not None
@@ -82,9 +82,9 @@ def test_gains_are_perturbed_in_their_order(run: Path) -> None:
             found.perturbed(wrong)
 
 
-def test_another_period_is_refused(run: Path) -> None:
+def test_another_period_is_refused(tuned: Path) -> None:
     with pytest.raises(ParameterError, match=r"0\.001 s, got 0\.002 s"):
-        found_in(run).filters(2e-3)
+        found_in(tuned).filters(2e-3)
 
 
 def test_the_realisation_is_the_tunings(copied: Path) -> None:
@@ -102,20 +102,20 @@ def test_the_realisation_is_the_tunings(copied: Path) -> None:
         assert np.allclose(b, c, rtol=1e-12) and np.allclose(a, d, rtol=1e-12)
 
 
-def test_other_versions_results_are_read(run: Path, copied: Path) -> None:
+def test_other_versions_results_are_read(tuned: Path, copied: Path) -> None:
     """Also those of before an option was there; not those with options that we do not know."""
     change(copied, "config.json", lambda c: c["versions"].update(numpy="1.0", sources="0"))
     change(copied, "config.json", lambda c: c["configuration"].pop("exact_spread"))
-    assert same(found_in(copied), found_in(run))
+    assert same(found_in(copied), found_in(tuned))
     assert main(["tune", "--resume", str(copied)]) == 2
     change(copied, "config.json", lambda c: c["configuration"].update(spin=1.0))
     with pytest.raises(RunError, match="knows no 'spin'"):
         found_in(copied)
 
 
-def test_an_interrupted_run_gives_its_best_so_far(run: Path, copied: Path) -> None:
+def test_an_interrupted_run_gives_its_best_so_far(tuned: Path, copied: Path) -> None:
     (copied / "result.json").unlink()
-    assert same(found_in(copied), found_in(run))
+    assert same(found_in(copied), found_in(tuned))
     lines = (copied / "generations.csv").read_bytes().splitlines(keepends=True)
     (copied / "generations.csv").write_bytes(b"".join(lines[:13]) + b"1,0,mutant,3")
     rows = [line.decode().rstrip().split(",") for line in lines[1:13]]
@@ -184,3 +184,56 @@ def test_what_cannot_be_used_is_said_in_one_line(
     with pytest.raises(RunError, match=words) as caught:
         found_in(copied)
     assert str(caught.value).count("\n") == 0
+
+
+def test_a_controller_is_told_by_its_name_or_its_folder(
+    tuned: Path, tuned_otherwise: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name comes before a folder of that name, which a slash tells from it."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(tuned, "circle")
+    shutil.copytree(tuned, "mine")
+    assert controller_of("circle") is TUNED["circle"]
+    assert controller_of("ideal-line") is TUNED_IDEAL["line"]
+    assert controller_of("figure-4") is TABLE_2["figure-4"]
+    assert {devised_for(each) for each in OWN.values()} == {"line", "two-loop", "circle"}
+    assert devised_for(controller_of("figure-4")) == "two-loop"
+    for name in ("mine", "./circle", str(tuned)):
+        found = controller_of(name)
+        assert isinstance(found, FoundController) and same(found, found_in(tuned))
+    assert label_of(controller_of("./circle")) == "run circle"
+    other = controller_of(str(tuned_otherwise))
+    assert (period_of(other), v_gain_of(other), devised_for(other)) == (2e-3, 0.0, "circle")
+    assert (period_of(OWN["line"]), v_gain_of(OWN["line"])) == (1e-3, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("circel", "'circel' is unknown; choose of line, .* Did you mean circle"),
+        ("Ideal-Line", "Did you mean ideal-line"),
+        ("", "'' is unknown"),
+        ("no/such", "no/such is not a run of flexsim tune"),
+    ],
+)
+def test_what_is_neither_is_said(name: str, words: str) -> None:
+    with pytest.raises((ParameterError, RunError), match=words):
+        controller_of(name)
+
+
+def test_runs_of_one_name_are_numbered(tuned: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(tuned, tmp_path / "small"))
+    found = controllers_of([str(tuned), "line", str(other)])
+    assert [label_of(each) for each in found.values()] == ["run small", "line", "run small (2)"]
+    alike = ("a b", "a_b", "A|B", "a b (2)", "x" * 80, "x" * 81, "*", "?")
+    paths = [str(shutil.copytree(tuned, tmp_path / name)) for name in alike]
+    labels = [label_of(each) for each in controllers_of(paths).values()]
+    assert labels[:4] == ["run a b", "run a_b (2)", "run A_B (3)", "run a b (2) (2)"]
+    assert len({word(each).lower() for each in labels}) == len(alike)
+
+
+def test_controllers_of_ours_are_scaled_as_those_of_runs(tuned: Path) -> None:
+    found = found_in(tuned)
+    mine = own(found.parameters).scaled(FACTORS.tolist()).filters(1e-3)
+    for (b, _), (c, _) in zip(found.perturbed(FACTORS), mine, strict=True):
+        assert np.abs(b - c).max() <= ROUNDING * np.abs(c).max()

@@ -1,6 +1,8 @@
 """The linear closed loop against textbook loops and against the nonlinear simulation."""
 
+import json
 import math
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -14,7 +16,7 @@ from quick_run import QuickRun
 from scipy.signal import lfilter
 from trial_controllers import TRIAL
 
-from controllers import Gains, fractional_pid, textbook_pid
+from controllers import Controller, Gains, fractional_pid, textbook_pid
 from flexsim import ParameterError, Parameters
 from flexsim.linear.linearise import linearise
 from flexsim.linear.loop_poles import (
@@ -38,6 +40,7 @@ from studies.stability.maps import growth_rates, stability_map
 from studies.stability.simulated import simulated_errors, simulated_growth, simulated_rates
 from studies.stability.stability import StabilityConfig, run
 from studies.stability.zeros import zero_rows
+from studies.tuning.found import found_in
 
 PERIOD = 1e-3  # [s]
 POSE = 1.2  # [rad]
@@ -301,10 +304,60 @@ def test_every_setting_can_be_asked_for(setting_name: str) -> None:
     assert row.growth_simulated == pytest.approx(row.growth_stepped, rel=GROWTH)
 
 
+def test_a_runs_loop_has_its_own_period_and_v(
+    tuned_otherwise: Path, modes_plant: AssumedModesPlant
+) -> None:
+    """Beside one of ours; the zero is of loops that mirror the tip alone."""
+    names = ("line", str(tuned_otherwise))
+    config = StabilityConfig(plant="assumed-modes", theta2=(POSE,), controllers=names)
+    found = run(replace(config, map_points=3, zero_draws=0))
+    ours, row = found.rows
+    assert (ours.controllers, row.controllers) == ("line", "run otherwise")
+    own = LoopOptions(2e-3, 0.0, hold="stepped")
+    filters = found_in(tuned_otherwise).filters(2e-3)
+    loop = linear_loop(modes_plant, POSE, stack([filters], 2e-3), own)
+    assert row.growth_stepped == loop.growth_rate
+    assert row.growth_simulated == pytest.approx(loop.growth_rate, rel=GROWTH)
+    assert {each.controllers for each in found.zeros} == {"line", "PD of little gain"}
+    assert [each.controllers for each in found.maps] == ["line"] * 2 + ["run otherwise"] * 2
+    assert found.given == [found_in(tuned_otherwise).facts]
+
+
+def test_the_map_of_a_run_is_of_its_own_filters(
+    tuned: Path, tuned_otherwise: Path, modes_plant: AssumedModesPlant
+) -> None:
+    """In its middle, at a gain and an order of its own; as of ours where the filters are (2)."""
+    for folder, period, v_gain in ((tuned, 1e-3, -1.0), (tuned_otherwise, 2e-3, 0.0)):
+        found, own = found_in(folder), LoopOptions(period, v_gain, hold="stepped")
+        shown = stability_map(modes_plant, found, 1, POSE, own, 5)
+        assert shown.own == tuple(found.parameters[5:7])
+        parameters = found.parameters.copy()
+        parameters[5:7] = shown.k[2], shown.nu[2]
+        (filters,) = found.tuning.design.filters(parameters[None])
+        radii = spectral_radii(modes_plant, POSE, stack([filters], period), own)
+        assert shown.growth[2, 2] == pytest.approx(growth_rates(radii, period)[0], rel=CLOSED_FORM)
+        if period == PERIOD:
+            halves = (found.parameters[:5], found.parameters[5:])
+            ours = Controller("", *(Gains.from_milliseconds(*half) for half in halves), "")
+            other = stability_map(modes_plant, ours, 1, POSE, own, 5)
+            assert np.allclose(other.growth, shown.growth, rtol=1e-6)
+
+
+def test_a_textbook_pid_has_no_orders_to_map(tuned: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(tuned, tmp_path / "pid"))
+    content = json.loads((folder / "config.json").read_text())
+    content["configuration"] |= {"controller": "pid", "realisation": "textbook"}
+    (folder / "config.json").write_text(json.dumps(content))
+    config = StabilityConfig(plant="assumed-modes", theta2=(POSE,), controllers=(str(folder),))
+    found = run(replace(config, map_points=3, zero_draws=0))
+    assert len(found.rows) == 1 and found.maps == []
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
         ("--controllers lines", "lines"),
+        ("--controller no/such/run", "not a run of flexsim tune"),
         ("--trajectory square", "square"),
         ("--plant beam", "beam"),
         ("--setting wet", "wet"),

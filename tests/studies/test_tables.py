@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import pytest
 from quick_run import QuickRun
 
-from flexsim import ParameterError
+from flexsim import ParameterError, Robot, measure, reference, setting, trajectory
+from studies.main import main
 from studies.tables import tables
 from studies.tables.rows import RunRow
 from studies.tables.tables import TablesConfig, run, tunings
+from studies.tuning.found import found_in
 
 PATHS = ("line", "two-loop", "circle")
 PLANTS = ("assumed-modes", "chain")
@@ -122,6 +126,56 @@ def test_cells_are_those_of_the_rows(shown: QuickRun) -> None:
     text = shown.text[shown.text.index("Every controller on every trajectory") :]
     line = next(each for each in text.splitlines() if each.split()[:2] == ["circle", "chain"])
     assert line.split()[2] == ("div" if wide["diverged"] else f"{1e3 * wide['envelope']:.1f}")
+
+
+def test_given_controllers_are_run_and_nothing_is_tuned(
+    tuned: Path, tuned_otherwise: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each at its own period and with its own v, on both plants and all trajectories."""
+    out, names = tmp_path / "out", ("circle", str(tuned), str(tuned_otherwise))
+    words = ["tables", "--quick", "--controller", *names, "--out", str(out)]
+    assert main([*words, "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    rows, labels = content["rows"], ("circle", "run small", "run otherwise")
+    found = [(row["controllers"], row["run_on"], row["trajectory"]) for row in rows]
+    assert found == list(product(labels, PLANTS, PATHS))
+    assert {row["tuned_for"] for row in rows} == {"circle"}
+    assert [each["parameters"]["k1"] for each in content["runs"]] == [
+        found_in(each).parameters[0] for each in (tuned, tuned_otherwise)
+    ]
+    row = next(row for row in rows if row["controllers"] == "run otherwise")
+    plant = Robot().plant("assumed-modes", setting("simulink"))
+    ref = reference(trajectory("line"), plant.parameters, 2e-3)
+    filters = found_in(tuned_otherwise).filters(2e-3)
+    (nominal,) = measure(plant, setting("simulink"), ref, [filters], v_gain=0.0)
+    assert row["index"] == pytest.approx(nominal["index"], rel=1e-9)
+    assert len(content["ratios"]) == 9
+    for case in content["ratios"]:
+        assert case["ratio"] == case["to_envelope"] / case["from_envelope"]
+    assert {path.name for path in (out / "figures").iterdir()} == {"transfer.png"}
+    assert main([*words, "--force"]) == 0
+    said = capsys.readouterr().out
+    assert "Ratio of envelopes, chain / modes" in said and "18 of 18 runs hold" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--controller circel", "Did you mean circle"),
+        ("--controller circle circle", "name each once"),
+        ("--controller circle --no-exact", "--no-exact has no effect"),
+        ("--controller circle --generations 3", "--generations has no effect"),
+        ("--controller circle --chain-generations 3", "--chain-generations has no effect"),
+        ("--controller ./none", "not a run of flexsim tune"),
+    ],
+)
+def test_given_controllers_that_cannot_be_run(
+    words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["tables", *words.split(), "--out", str(tmp_path / "out")]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == "" and shown.err.count("\n") == 1 and said in shown.err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_searches_are_the_tuners() -> None:
