@@ -47,6 +47,7 @@ def unboxed(message: str) -> str:
     import re
 
     text = re.split(r"Argument helptext|For full helptext", message)[0]
+    text = re.sub(r"(?s)no type matching .*<class '\w+'>: ", "", text)  # one of several types
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
     return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
 

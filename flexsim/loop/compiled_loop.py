@@ -33,8 +33,8 @@ from flexsim.loop.measuring import (
     add_sample,
     settle,
 )
+from flexsim.loop.stacked import nth
 from flexsim.numerics.jit import jit, jit_parallel
-from flexsim.numerics.stacked import nth
 from flexsim.numerics.types import Array
 from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
@@ -233,7 +233,7 @@ def run_all(  # type: ignore[no-untyped-def]
     """Fill the outcome arrays, one individual per iteration of the threaded loop.
 
     Args:
-        plants, plant_first, ...: stacked, see `flexsim.numerics.stacked`; starts: (S, 2 m).
+        plants, plant_first, ...: stacked, see `flexsim.loop.stacked`; starts: (S, 2 m).
         which: (P, 6) each run's plant, friction, hardware, loop, yardstick and start.
         numbers: (P,) of the runs, for their noise.
     """

@@ -23,7 +23,7 @@ from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import FrictionNumbers
 from flexsim.loop.hardware import IDEAL, Hardware
 from flexsim.loop.measuring import NO_YARDSTICK, SUMS, Yardstick
-from flexsim.numerics.stacked import indexed, stacked
+from flexsim.loop.stacked import indexed, stacked
 from flexsim.numerics.types import Array
 
 THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]

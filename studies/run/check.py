@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,6 +27,7 @@ from studies.run.batches import Group, prepared
 from studies.run.columns import TRACES
 from studies.run.run import Changes, workshop_of
 from studies.run.scaling import Scaling, scaling
+from studies.run.throughput import throughput
 from studies.spec.building import Workshop
 from studies.spec.corners import require_buildable
 
@@ -51,6 +52,8 @@ class CheckConfig:
     """Numbers of workers of a cluster: what share of each would be at work."""
     batch_seconds: float = 2.0
     """With --workers, how long a batch takes a worker [s]."""
+    throughput: bool = False
+    """Time a part of it beside its compiled loop alone: what building, measuring, writing cost."""
     json: bool = False
     """Print one JSON object instead of the tables."""
     code: bool = True
@@ -84,6 +87,7 @@ class Asked:
     size: int
     plants: list[PlantRow]
     scaling: list[Scaling]
+    throughput: float | None = None
 
 
 def _compiled(group: Group, threads: int) -> None:
@@ -184,6 +188,8 @@ def command(config: CheckConfig) -> None:
     workshop = workshop_of(config.study, config.changes, config.quick, config.code)
     threads = config.threads or thread_count()
     asked = asked_of(workshop, threads, config.workers, config.batch_seconds)
+    if config.throughput:
+        asked = replace(asked, throughput=throughput(workshop, threads))
     if config.json:
         print(to_json(asdict(asked)))
         return
@@ -192,6 +198,11 @@ def command(config: CheckConfig) -> None:
     out.print(f"{words} = {asked.runs:,} runs in {asked.batches:,} batches", soft_wrap=True)
     out.print(Table(asked.plants, COLUMNS).render())
     out.print(_total(asked), soft_wrap=True)
+    if asked.throughput is not None:
+        out.print(
+            f"runs per second over those of its compiled loop alone: {asked.throughput:.3f}",
+            soft_wrap=True,
+        )
     if asked.scaling:
         out.print(Table(asked.scaling, WORKERS).render())
 

@@ -147,7 +147,7 @@ class Store:
                 _write_traces(path, traces)
         with (
             replacing(self.path(first, last), "the batch") as path,
-            pa.OSFile(str(path), "wb") as file,
+            path.open("wb") as file,
             pa.ipc.new_file(file, self.schema) as writer,
         ):
             writer.write_table(rows)
@@ -184,7 +184,7 @@ class Store:
 
     def _write_results(self, path: Path) -> None:
         how = {"compression": "zstd", "use_dictionary": list(FACTORS)}
-        with pq.ParquetWriter(path, self.schema, **how) as writer:
+        with path.open("wb") as file, pq.ParquetWriter(file, self.schema, **how) as writer:
             for table in self.groups():
                 writer.write_table(table, row_group_size=GROUP)
 
@@ -192,7 +192,8 @@ class Store:
         """Write the results as CSV, too."""
         with (
             replacing(self.folder / RESULTS_CSV, "the results") as path,
-            pa.csv.CSVWriter(str(path), self.schema) as writer,
+            path.open("wb") as file,
+            pa.csv.CSVWriter(file, self.schema) as writer,
             pq.ParquetFile(self.folder / RESULTS) as results,
         ):
             for i in range(results.num_row_groups):
@@ -212,9 +213,10 @@ def _write_traces(path: Path, traces: Any) -> None:
     """Write time series, a row group for each run."""
     runs = traces.column("run").to_numpy()
     starts = [0, *(int(i) + 1 for i in (runs[1:] != runs[:-1]).nonzero()[0]), len(runs)]
-    with pq.ParquetWriter(path, traces.schema, compression="zstd", use_dictionary=["run"]) as file:
+    how = {"compression": "zstd", "use_dictionary": ["run"]}
+    with path.open("wb") as file, pq.ParquetWriter(file, traces.schema, **how) as writer:
         for start, end in pairwise(starts):
-            file.write_table(traces.slice(start, end - start), row_group_size=end - start)
+            writer.write_table(traces.slice(start, end - start), row_group_size=end - start)
 
 
 def _require_same(out: Path, resolved: Resolved) -> None:

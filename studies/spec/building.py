@@ -219,9 +219,11 @@ class Workshop:
         own = (*key, period)
 
         def make() -> Design:
-            nominal = self.robot(0, self.nominal)[1].parameters
+            first = Parameters()
+            if part.function is not None:  # a function may ask
+                first = self.robot(0, self.nominal)[1].parameters
             with self.within("controllers", number):
-                return design_of(part, period, nominal, self.resolved.inputs)
+                return design_of(part, period, first, self.resolved.inputs)
 
         return own, self._once("design", own, make), part.v_gain
 

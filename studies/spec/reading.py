@@ -24,6 +24,7 @@ from studies.spec.parts import JOINTS, LISTS, PARTS, NumbersPart, Study, SweepPa
 from studies.spec.places import put, spelled
 
 FILE_MOST = 16 * MIB
+LIKE = 0.8  # how close a word is to one that was meant
 SHOWN = 60  # characters of a value in a message
 USUAL = {"robots": {}, "settings": {"use": "simulink"}, "hardware": {"use": "ideal"}}
 OF_SWEEP = ("sampler", "samples")
@@ -174,6 +175,9 @@ def _flatten(document: dict[str, Any]) -> None:
             for key, each in node.items():
                 gather(each, f"{path}.{key}" if path else key)
             return
+        last = path.rpartition(".")[2]
+        if isinstance(node, list) and difflib.get_close_matches(last, OF_NUMBER, 1, LIKE):
+            raise ParameterError(f"sweep.{path} is unknown; {choice(last, OF_NUMBER)}")
         if path in numbers:
             raise ParameterError(f"sweep.{path} is given twice; leave one out")
         numbers[path] = {"values": node} if isinstance(node, list) else node

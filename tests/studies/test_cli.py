@@ -119,7 +119,7 @@ def test_an_unknown_option_is_named(command: str, capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("Compare", "'Compare' is unknown; choose one of compare, modes"),
+        ("Compare", "'Compare' is unknown; choose one of compare, run"),
         ("compare --perturbation 2", "--perturbation, 2 Perhaps you meant: --perturbations"),
         ("compare --out", "'--out'. Expected 1 values"),
         ("compare --json maybe", "maybe"),

@@ -1,0 +1,43 @@
+"""The study files that come with flexsim: each runs, and is found where the README says."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from studies.main import main
+from studies.run.run import workshop_of
+from studies.spec.corners import require_buildable
+from studies.spec.example import EXAMPLE
+
+FILES = sorted((Path(__file__).parents[3] / "studies" / "files").glob("*.toml"))
+
+
+def test_they_are_six() -> None:
+    assert [path.stem for path in FILES] == [
+        *("damping", "integrators", "monte-carlo", "paper", "payloads", "waypoints"),
+    ]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_each_runs_quickly(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    require_buildable(workshop_of(path))  # all of it, at its corners
+    assert main(["run", str(path), "--quick", "--out", str(tmp_path / "run")]) == 0
+    assert "diverged" in capsys.readouterr().out
+    assert tomllib.loads(path.read_text())["title"]
+
+
+def test_the_example_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--example"]) == 0
+    text = capsys.readouterr().out
+    assert text == EXAMPLE
+    (tmp_path / "study.toml").write_text(text)
+    out = tmp_path / "run"
+    assert main(["run", str(tmp_path / "study.toml"), "--quick", "--out", str(out)]) == 0
+
+
+def test_no_file_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run"]) == 2
+    assert "no study file is given; write one: flexsim run --example" in capsys.readouterr().err
