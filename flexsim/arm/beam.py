@@ -13,7 +13,7 @@ the payload's inertia in place of a free end.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -270,7 +270,19 @@ def modal_integrals(parameters: Parameters, n: int) -> ModalIntegrals:
 
     Source: (6)-(15).
     """
-    p, load = parameters, load_of(parameters)
+    p = parameters
+    found = _integrals(p.r, p.L, p.rho, p.payload, p.payload_inertia, n)
+    return replace(found, frequency=found.beta**2 * np.sqrt(p.EI / p.rho))
+
+
+@lru_cache(maxsize=64)
+def _integrals(
+    r: float, L: float, rho: float, payload: float, payload_inertia: float, n: int
+) -> ModalIntegrals:
+    """Return the integrals of a beam whatever its stiffness, its frequencies of EI = 1 N m2."""
+    masses = {"payload": payload, "payload_inertia": payload_inertia}
+    p = Parameters(r=r, L=L, rho=rho, EI=1.0, **masses)
+    load = load_of(p)
     node, weight = gauss_legendre(20 + 8 * n)
     s = (node + 1) / 2  # s/L on (0, 1)
     w = weight / 2 * p.L  # (m,) [m]

@@ -24,6 +24,7 @@ FIRST_ROOT = 1.8751040687119611  # beta_1 L, (28) in full; `flexsim.arm.beam` co
 # Cremer and Heckl, Structure-Borne Sound, 1988) over less than 1e-2 for metals to 3e-2 to 7e-2 for
 # metal structures with joints (Adams and Askenazi, Building Better Products with Finite Element
 # Analysis, 1999); a strip of steel in a clamp lies towards the low end. The paper's has none
+MAY_BE_ZERO = ("r", "F_1", "F_2", "I_m1", "I_m2", "zeta", "payload", "payload_inertia")
 SMALLEST, LARGEST = 1e-30, 1e30  # SI: beyond, products and powers of them leave doubles
 
 
@@ -67,19 +68,20 @@ class Parameters:
     )
 
     def __post_init__(self) -> None:
-        may_be_zero = {"r", "F_1", "F_2", "I_m1", "I_m2", "zeta", "payload", "payload_inertia"}
         for item in fields(self):
             value = getattr(self, item.name)
-            lowest = "0 or more" if item.name in may_be_zero else "more than 0"
+            if type(value) is float and SMALLEST <= value <= LARGEST:
+                continue  # as nearly all are
+            lowest = "0 or more" if item.name in MAY_BE_ZERO else "more than 0"
             number = isinstance(value, Real) and not isinstance(value, bool)
             good = number and math.isfinite(value)
-            if not good or value < 0 or (value == 0 and item.name not in may_be_zero):
+            if not good or value < 0 or (value == 0 and item.name not in MAY_BE_ZERO):
                 meaning, unit = item.metadata["meaning"], item.metadata["unit"]
                 raise ParameterError(
                     f"parameter {item.name} ({meaning}) is {value!r}; give a finite number, "
                     f"{lowest} [{unit}]"
                 )
-            if value > LARGEST or (value < SMALLEST and item.name not in may_be_zero):
+            if value > LARGEST or (value < SMALLEST and item.name not in MAY_BE_ZERO):
                 meaning, unit = item.metadata["meaning"], item.metadata["unit"]
                 raise ParameterError(
                     f"parameter {item.name} ({meaning}) is {value:g}; give {SMALLEST:g} to "

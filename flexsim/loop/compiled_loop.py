@@ -28,6 +28,7 @@ from flexsim.loop.hardware import (
     waiting_room,
 )
 from flexsim.loop.measuring import (
+    WAITING,
     WAITING_MOST,
     Yardstick,
     add_sample,
@@ -190,6 +191,8 @@ def run_one(  # type: ignore[no-untyped-def]
             errors[row, 0], errors[row, 1] = e1, e2
         if yard.points.shape[0] > 0:
             add_sample(yard, sums, waiting, k, x, y, dx * dx + dy * dy, v, u1, u2)
+            if sums[WAITING] == WAITING_MOST:  # here: within, numba would count references
+                settle(yard, sums, waiting)
         if k == samples - 1:
             break
         if not (np.isfinite(u1) and np.isfinite(u2)):

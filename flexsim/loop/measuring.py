@@ -29,7 +29,7 @@ HOLD_SLACK = 1e-12  # [s] rounding of the time at which the hold begins
 # what a run adds up, by column; squares of lengths and sums of squares
 ROWS, ENVELOPE, MOST_ERROR, ERROR, MOST_V, RESIDUAL_V, EARLY_V, LATE_V = range(8)
 PEAK, TORQUE, VARIATION, LAST = 8, 10, 12, 14  # of joint 1, then of joint 2
-EFFORT, NEAREST, WAITING = 16, 17, 18
+EFFORT, BEHIND, WAITING = 16, 17, 18
 SUMS = 19
 WAITING_MOST = 64  # points; more take longer to sort, fewer are settled more often
 
@@ -104,16 +104,17 @@ def apart(yard: Yardstick, at: int, x: float, y: float) -> float:
     return dx * dx + dy * dy
 
 
-@jit_apart
-def downhill(yard: Yardstick, x: float, y: float, near: float, at: int):  # type: ignore[no-untyped-def]
+@jit
+def downhill(yard: Yardstick, x: float, y: float, at: int):  # type: ignore[no-untyped-def]
     """Return a reference point from which the next are farther, and its squared distance [m2].
 
     Args:
-        near: squared distance [m2] at which to stop. at: the point to begin at.
+        at: the point to begin at.
     """
+    at = min(max(at, 0), yard.points.shape[0] - 1)
     last, best = yard.points.shape[0] - 1, apart(yard, at, x, y)
     for step in (1, -1):
-        while best > near and 0 <= at + step <= last:
+        while 0 <= at + step <= last:
             there = apart(yard, at + step, x, y)
             if there >= best:
                 break
@@ -156,7 +157,6 @@ def settle(yard: Yardstick, sums: Array, waiting: Array) -> None:
         x, y = waiting[top, 0], waiting[top, 1]
         at, there = nearest(yard, x, y, far, int(waiting[top, 3]))
         far = max(far, there)
-        sums[NEAREST] = at
         count -= 1
         waiting[top] = waiting[count]
         for i in range(count):  # what is near this point is near its neighbours, too
@@ -170,20 +170,19 @@ def settle(yard: Yardstick, sums: Array, waiting: Array) -> None:
 def add_to_envelope(yard: Yardstick, sums: Array, waiting: Array, k: int, x, y, error) -> None:  # type: ignore[no-untyped-def]
     """Let the tip (x, y) of sample k wait if it may be farther off than all that were settled."""
     if error <= sums[ENVELOPE]:
-        sums[NEAREST] = yard.own[k]
         return
-    at = int(sums[NEAREST])
+    own = yard.own[k]
+    last = yard.points.shape[0] - 1
+    at = min(max(own - int(sums[BEHIND]), 0), last)  # as far behind its own as the last one
     if apart(yard, at, x, y) <= sums[ENVELOPE]:
         return
-    at, there = downhill(yard, x, y, sums[ENVELOPE], at)
-    sums[NEAREST] = at
+    at, there = downhill(yard, x, y, at)
+    sums[BEHIND] = own - at
     if there > sums[ENVELOPE]:
         count = int(sums[WAITING])
         waiting[count, 0], waiting[count, 1] = x, y
         waiting[count, 2], waiting[count, 3] = there, at
         sums[WAITING] += 1.0
-        if count + 1 == waiting.shape[0]:
-            settle(yard, sums, waiting)
 
 
 @jit
@@ -202,7 +201,8 @@ def add_sample(  # type: ignore[no-untyped-def]
     """Add sample k to the sums (SUMS,) of a run.
 
     Args:
-        waiting: (WAITING_MOST, 4), points that `settle` takes into the sums at the end.
+        waiting: (WAITING_MOST, 4), points that `settle` takes into the sums, at the end and
+            whenever sums[WAITING] says that they are full.
         x, y: tip [m]. error: squared distance from its reference [m2]. v: deflection [m].
         u1, u2: torques that the controllers command from this sample on [N m].
     """

@@ -232,6 +232,20 @@ def mass_matrix(p: AssumedModes, q: Array) -> Array:
     return H
 
 
+def straight_masses(p: AssumedModes, poses: Array) -> Array:
+    """Return the mass matrices (K, n+2, n+2) of a straight beam at angles of joint 2 (K,) [rad]."""
+    c = cos(poses)
+    h = p.L_R * c * p.first_moment
+    H = np.zeros((len(c), len(p.P) + 2, len(p.P) + 2))
+    H[:, 0, 0], H[:, 1, 1] = p.A + p.J + 2 * h, p.I_m2 + p.J
+    H[:, 0, 1] = H[:, 1, 0] = p.J + h
+    H[:, 0, 2:] = H[:, 2:, 0] = p.X + p.L_R * c[:, None] * p.P
+    H[:, 1, 2:] = H[:, 2:, 1] = p.X
+    own = np.arange(2, H.shape[1])
+    H[:, own, own] = p.mass
+    return H
+
+
 def energy(p: AssumedModes, states: Array) -> Array:
     """Return kinetic plus elastic energy (K,) [J] of states (K, 2 (n+2))."""
     m = states.shape[1] // 2

@@ -267,10 +267,10 @@ def free_rates(
     Over poses of joint 2; the decay is 0 where nothing is damped enough to matter.
     """
     p = coefficients_of(parameters, modes, chain, modal_damping)
-    D = block_diag(np.diag([p.F_1, p.F_2]), p.damping)
+    D = np.zeros((modes + 2, modes + 2))
+    D[0, 0], D[1, 1], D[2:, 2:] = p.F_1, p.F_2, p.damping
     K = np.diag(np.concatenate([[0.0, 0.0], p.stiffness]))
-    still = np.zeros(modes)
-    masses = [assumed_modes.mass_matrix(p, np.array([0.0, pose, *still])) for pose in POSES]
+    masses = assumed_modes.straight_masses(p, POSES)
     squared = [natural_modes(K, M)[0][2:].max(initial=0.0) for M in masses]
     return math.sqrt(max(squared)), fastest_decay((M, D, K) for M in masses)
 

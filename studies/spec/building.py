@@ -40,6 +40,7 @@ from studies.spec.resolving import Resolved, at
 
 KEPT = 1024  # of each kind; a batch of more different ones builds some twice
 FREE = ("period", "perturbation")  # numbers outside of the lists that may be varied
+USUAL = Parameters()
 Made = TypeVar("Made")
 Key = tuple[Hashable, ...]
 
@@ -65,6 +66,7 @@ class Workshop:
         self.study = resolved.study
         self._kept: dict[str, OrderedDict[Key, Any]] = {}
         self._changes: list[tuple[Place, int]] = []  # where each of a draw's numbers goes
+        self._of: dict[tuple[Hashable, ...], tuple[tuple[Place, int], ...]] = {}  # of each item
         for column, path in enumerate(self.matrix.draws.paths):
             with at(f"{resolved.source}: sweep.{path}"):
                 found = places(resolved.document, path)
@@ -86,13 +88,13 @@ class Workshop:
     def _once(self, kind: str, key: Key, make: Callable[[], Made]) -> Made:
         """Return what was made under a key, or make it."""
         kept = self._kept.setdefault(kind, OrderedDict())
-        if key in kept:
-            kept.move_to_end(key)
-        else:
-            kept[key] = make()
+        found: Made | None = kept.get(key)
+        if found is None:
+            found = kept[key] = make()
             if len(kept) > KEPT:
                 kept.popitem(last=False)
-        found: Made = kept[key]
+        elif len(kept) > KEPT // 2:
+            kept.move_to_end(key)
         return found
 
     def _values(
@@ -100,7 +102,9 @@ class Workshop:
     ) -> tuple[tuple[Place, float], ...]:
         """Return what a draw sets in an item of a list, or in a number outside of them."""
         own = (name,) if number is None else (name, number)
-        return tuple((place, values[i]) for place, i in self._changes if place[: len(own)] == own)
+        if own not in self._of:
+            self._of[own] = tuple(e for e in self._changes if e[0][: len(own)] == own)
+        return tuple([(place, values[i]) for place, i in self._of[own]])
 
     def _part(self, name: str, number: int, values: tuple[float, ...]) -> tuple[Key, Any]:
         """Return an item of a list with a draw's numbers, and the key that it is known by."""
@@ -219,8 +223,8 @@ class Workshop:
         own = (*key, period)
 
         def make() -> Design:
-            first = Parameters()
-            if part.function is not None:  # a function may ask
+            first = USUAL
+            if part.function is not None:  # which may ask
                 first = self.robot(0, self.nominal)[1].parameters
             with self.within("controllers", number):
                 return design_of(part, period, first, self.resolved.inputs)

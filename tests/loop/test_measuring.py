@@ -13,6 +13,7 @@ from flexsim import AssumedModesPlant, ParameterError, Parameters
 from flexsim.loop.measuring import (
     ENVELOPE,
     SUMS,
+    WAITING,
     WAITING_MOST,
     add_to_envelope,
     settle,
@@ -87,6 +88,8 @@ def envelope(tip: np.ndarray, points: np.ndarray) -> float:
     for k, (x, y) in enumerate(tip):
         error = float(np.sum((tip[k] - points[k]) ** 2))
         add_to_envelope(yard, sums, waiting, k, x, y, error)
+        if sums[WAITING] == WAITING_MOST:
+            settle(yard, sums, waiting)
     settle(yard, sums, waiting)
     return float(np.sqrt(sums[ENVELOPE]))
 
