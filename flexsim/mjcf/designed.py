@@ -7,18 +7,19 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import mujoco
 
 from flexsim.arm.chain_design import SEGMENTS, design_chain, plain_chain
 from flexsim.arm.parameters import Parameters
-from flexsim.errors import ParameterError
+from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.chain_file import ChainModel, load_chain, longest_step
 from flexsim.mjcf.chain_xml import chain_mjcf
 from flexsim.mjcf.rod_file import RodModel, load_rod
 from flexsim.mjcf.rod_xml import ELEMENTS, rod_mjcf
 from flexsim.numerics.mujoco_c import quiet_warnings
-from flexsim.numerics.step_limits import RK4_LIMIT, halved
+from flexsim.numerics.step_limits import LONGEST_STEP, RK4_LIMIT, halved
 
 MARGIN = 1.05  # of a designed chain to the limit of its frequencies
 
@@ -38,8 +39,11 @@ def designed_chain(
     """
     design = (design_chain if fitted else plain_chain)(parameters, segments)
     if step is None:
-        model = compiled(chain_mjcf(parameters, design))
         bound = RK4_LIMIT / (MARGIN * design.frequency[-1])
+        if halved(bound) == LONGEST_STEP:  # as it is for most: compiled once only
+            with suppress(ModelError):
+                return load_chain(text=chain_mjcf(parameters, design, timestep=LONGEST_STEP))
+        model = compiled(chain_mjcf(parameters, design))
         step = halved(min(bound, longest_step(model) or math.inf))
     return load_chain(text=chain_mjcf(parameters, design, timestep=step))
 

@@ -29,8 +29,10 @@ def shortened(arm: ArmFile, setting: Setting | None, step: float | None) -> floa
     Raises:
         ModelError: the step that was asked for is too long.
     """
-    gears = motor_matrix(arm.model)
     first, second = steepest(setting)
+    if first == second == 0.0:  # a file's step bears what is left
+        return None
+    gears = motor_matrix(arm.model)
     longest = arm.longest_step((first * gears[0, 0], second * gears[1, 1]))
     if arm.step < longest:
         return None

@@ -28,11 +28,12 @@ from studies.run.columns import TRACES
 from studies.run.run import Changes, workshop_of
 from studies.run.scaling import Scaling, scaling
 from studies.run.throughput import throughput
+from studies.run.workers import here
 from studies.spec.building import Workshop
 from studies.spec.corners import require_buildable
 
-LONG = 0.2  # [s] of a run that is not timed again
-TIMED = 8  # runs a thread that quicker ones are timed with
+SECONDS = 1.0  # that a batch takes at most which is timed
+TURNS = 4  # batches that are; the first is not counted, with which others are built meanwhile
 SHORT = 11  # samples of a run that is only to be compiled
 ROW = 320  # [bytes] of a run's results, and of a sample's time series
 SAMPLE = 8 * (1 + len(TRACES))
@@ -113,20 +114,20 @@ def _timed(workshop: Workshop, runs: np.ndarray, threads: int) -> float:
 
 
 def plant_row(workshop: Workshop, plant: int, threads: int) -> PlantRow:
-    """Return what the runs on one plant cost."""
+    """Return what the runs on one plant cost, in batches one after the other, as they will be."""
     matrix = workshop.matrix
     each = matrix.runs // matrix.shape[0]
     first = plant * each
     for group in prepared(workshop, np.array([first])).groups:
         _compiled(group, threads)
     spent = _timed(workshop, np.array([first]), threads)
-    if spent < LONG:
-        count = min(each, TIMED * threads)
-        # neighbours, as in a batch, from a few places
-        starts = first + np.linspace(0, each - count, 4).astype(np.int64)
-        fresh = Workshop(workshop.resolved)
-        some = np.unique(np.concatenate([start + np.arange(count) for start in starts]))
-        spent = _timed(fresh, some, threads) / len(some)
+    count = min(workshop.study.batch, round(threads * SECONDS / spent), each // TURNS)
+    if count >= threads:
+        fresh, spans = Workshop(workshop.resolved), []
+        for turn in range(TURNS):
+            spans.append((first + turn * count, first + (turn + 1) * count))
+        ended = [time.perf_counter() for _ in here(fresh, iter(spans), threads)]
+        spent = (ended[-1] - ended[0]) / ((TURNS - 1) * count)
     elif each > 1:
         spent /= threads
     return PlantRow(matrix.names["plants"][plant], each, spent, spent * each)

@@ -16,6 +16,7 @@ from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.intervals import share_interval
 from studies.core.figures import COLOURS, FONT, beside, canvas, finish, mark, name_lines
 from studies.core.table import Column, Table
+from studies.run.columns import unit_of
 from studies.run.sensitivity import SensitivityRow
 from studies.run.summary import PLANTS, CellRow, PairRow
 from studies.spec.matrix import Matrix
@@ -23,6 +24,7 @@ from studies.spec.matrix import Matrix
 MM = 1e3
 SHOWN = 40  # lines of the table
 LINES_MOST = 60  # of a figure
+LINES = ("o-", "s--", "D:", "^-.")  # markers and lines of plants
 SHARED = ("robot", "controller", "trajectory", "setting", "hardware")
 
 
@@ -259,25 +261,26 @@ def over_number(found: Found, path: str) -> Figure:
     rows = found.cells("envelope")
     figure, panels = canvas(height=8.0)
     (axes,) = panels[0]
-    curves: dict[str, list[CellRow]] = {}
+    curves: dict[tuple[str, str], list[CellRow]] = {}
     for row in rows:
-        name = f"{row.factors['plant']}: {case_of(found.matrix, row.factors, {})}"
-        curves.setdefault(name, []).append(row)
-    styles = ("-", "--", ":", "-.")
-    for number, (name, own) in enumerate(curves.items()):
+        case = case_of(found.matrix, row.factors, {})
+        curves.setdefault((case, row.factors["plant"]), []).append(row)
+    cases = list(dict.fromkeys(case for case, _ in curves))
+    for (case, plant), own in curves.items():  # a colour for a case, a line for a plant
         known = [row for row in own if row.median is not None]
         x = [row.point[path] for row in known]
-        colour = COLOURS[number % len(COLOURS)]
-        line = styles[number // len(COLOURS) % len(styles)]
+        colour = COLOURS[cases.index(case) % len(COLOURS)]
+        line = LINES[found.matrix.names["plants"].index(plant) % len(LINES)]
         middle = [MM * (row.median or 0.0) for row in known]
-        axes.plot(x, middle, line, marker="o", color=colour, label=name)
+        axes.plot(x, middle, line, color=colour, label=f"{plant}: {case}")
         low = [MM * (row.low if row.low is not None else row.median or 0.0) for row in known]
         high = [MM * (row.high if row.high is not None else row.median or 0.0) for row in known]
         axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
-    axes.set_xlabel(path)
+    unit = unit_of(path)
+    axes.set_xlabel(f"{path} ({unit})" if unit not in ("", "-") else path)
     axes.set_ylabel("envelope half-width: median and its 95 % interval (mm)")
     axes.set_ylim(bottom=0)
-    return finish(figure, [axes], legend=min(2, len(curves)))
+    return finish(figure, [axes], legend=min(len(found.matrix.names["plants"]), 3))
 
 
 def sensitivity_figure(found: Found) -> Figure:
@@ -308,8 +311,8 @@ def sensitivity_figure(found: Found) -> Figure:
             )
     axes.axvline(0.0, color="0.6", linewidth=1.0)
     name_lines(axes, lines)
-    axes.set_xlabel("of the envelope, with 95 % intervals", fontsize=FONT)
-    return finish(figure, [axes], legend=len(measures))
+    axes.set_xlabel(f"{' and '.join(measures)} of the envelope, with 95 % intervals", fontsize=FONT)
+    return finish(figure, [axes], legend=len(measures) if len(measures) > 1 else 0)
 
 
 def _case(found: Found, row: SensitivityRow) -> str:
