@@ -25,7 +25,7 @@ from studies.core.study_options import check_threads
 from studies.core.table import Column, Table
 from studies.run.batches import Group, prepared
 from studies.run.columns import TRACES
-from studies.run.run import Changes, workshop_of
+from studies.run.run import Changes, flat, workshop_of
 from studies.run.scaling import Scaling, scaling
 from studies.run.throughput import throughput
 from studies.run.workers import here
@@ -186,7 +186,7 @@ WORKERS = (
 def command(config: CheckConfig) -> None:
     """Check a study and print what it means."""
     check_threads(config.threads)
-    workshop = workshop_of(config.study, config.changes, config.quick, config.code)
+    workshop = workshop_of(config.study, flat(config.changes), config.quick, config.code)
     threads = config.threads or thread_count()
     asked = asked_of(workshop, threads, config.workers, config.batch_seconds)
     if config.throughput:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from matplotlib.axes import Axes
@@ -22,10 +22,9 @@ from studies.run.summary import PLANTS, CellRow, PairRow
 from studies.spec.matrix import Matrix
 
 MM = 1e3
-SHOWN = 40  # lines of the table
+SHOWN = 60  # lines of the table
 LINES_MOST = 60  # of a figure
 LINES = ("o-", "s--", "D:", "^-.")  # markers and lines of plants
-SHARED = ("robot", "controller", "trajectory", "setting", "hardware")
 
 
 @dataclass(frozen=True)
@@ -119,32 +118,34 @@ def shown_rows(found: Found) -> list[ShownRow]:
     return shown
 
 
+COLUMNS = (
+    Column("plant", "case, and models"),
+    Column("envelope", unit="mm", form=lambda row: row.envelope),
+    Column("rms_error", "rms error", "mm", form=lambda row: row.rms_error),
+    Column("ratio", "ratio to\nthe first", form=lambda row: row.ratio),
+    Column("diverged", form=lambda row: row.diverged),
+)
+
+
 def tables(found: Found) -> list[Table]:
     """Return the tables of a study: cells for reading, everything for files."""
-    rows = shown_rows(found)
-    plants = found.matrix.names["plants"]
-    lines = len(rows) // len(plants)
-    keep = {row.case for row in rows[:SHOWN]}
-    shown = [row for row in rows if row.case in keep]
-    columns = [
-        Column("case", once=True),
-        Column("envelope", unit="mm", form=lambda row: row.envelope),
-        Column("rms_error", "rms error", "mm", form=lambda row: row.rms_error),
-        *(
-            [Column("ratio", form=lambda row: row.ratio, where={"plant": plants[1]}, once=True)]
-            if len(plants) == 2
-            else []
-        ),
-        Column("diverged", form=lambda row: row.diverged),
-    ]
-    more = f"and {lines - len(keep)} more in summary.csv" if lines > len(keep) else ""
-    title = f"Medians over {found.rows[0].runs} runs [95 % interval]: {' | '.join(plants)}"
+    rows = sorted(shown_rows(found), key=_order(found))  # the plants of a case together
+    more = f"and {len(rows) - SHOWN} lines more in summary.csv" if len(rows) > SHOWN else ""
+    runs = f"{found.rows[0].runs} run{'s' * (found.rows[0].runs > 1)}"
+    title = f"Medians over {runs}, 95 % intervals"
+    section = (Column("case"),)
     return [
-        Table(shown, tuple(columns), title, more, line=("case",), tight=len(plants) > 2),
+        Table(rows[:SHOWN], COLUMNS, title, more, section=section, tight=True),
         Table(found.rows, file="summary.csv"),
         Table(found.sensitivity, file="sensitivity.csv"),
         Table(found.checks, file="check.csv"),
     ]
+
+
+def _order(found: Found) -> Callable[[ShownRow], int]:
+    cases = [case_of(found.matrix, r.factors, r.point) for r in found.cells("envelope")]
+    places = {case: place for place, case in enumerate(dict.fromkeys(cases))}
+    return lambda row: places[row.case]
 
 
 def verdict(found: Found) -> str:

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,14 +96,14 @@ def flat(changes: tuple[tuple[str, ...], ...]) -> list[str]:
 
 def workshop_of(
     study: Path,
-    changes: tuple[tuple[str, ...], ...] = (),
+    changes: Sequence[str] = (),
     quick: bool = False,
     code: bool = True,
     traces: str | None = None,
 ) -> Workshop:
     """Return what builds the runs of a study file; errors as `read_study` and `resolve`."""
     more = [f'traces="{traces}"'] if traces else []
-    return Workshop(resolve(read_study(study, flat(changes) + more, quick), code))
+    return Workshop(resolve(read_study(study, [*changes, *more], quick), code))
 
 
 def _check(config: RunConfig) -> None:
@@ -128,7 +128,9 @@ def carry_out(config: RunConfig) -> Outcome:
     """
     _check(config)
     began = time.monotonic()
-    study = config.study
+    study, changes = config.study, flat(config.changes)
+    if study is None and changes and "=" not in changes[-1]:  # --set repeats=2 study.toml
+        study = Path(changes.pop())
     if study is None and config.resume and config.out is not None:
         study = config.out / STUDY
     if study is None:
@@ -136,7 +138,7 @@ def carry_out(config: RunConfig) -> Outcome:
             "no study file is given; write one: flexsim run --example > study.toml"
         )
     out = config.out or Path("runs") / study.stem
-    workshop = workshop_of(study, config.changes, config.quick, config.code, config.traces)
+    workshop = workshop_of(study, changes, config.quick, config.code, config.traces)
     require_buildable(workshop)
     with ExitStack() as held:
         if config.resume and out.exists():

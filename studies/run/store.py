@@ -89,8 +89,9 @@ class Store:
             RunError: it was not, it is at work elsewhere, or it is no such run.
         """
         with locked(out):
-            _require_same(out, workshop.resolved)
+            before = _require_same(out, workshop.resolved)
             if is_unfinished(out):
+                _require_alike(out, before)
                 (out / BATCHES).mkdir(exist_ok=True)
                 for each in (out, out / BATCHES, out / TRACES):
                     sweep(each)
@@ -219,8 +220,8 @@ def _write_traces(path: Path, traces: Any) -> None:
             writer.write_table(traces.slice(start, end - start), row_group_size=end - start)
 
 
-def _require_same(out: Path, resolved: Resolved) -> None:
-    """Refuse a folder that another study, or other versions, have begun.
+def _require_same(out: Path, resolved: Resolved) -> dict[str, str]:
+    """Return the versions that have begun a folder, with this study.
 
     Raises:
         RunError: as said.
@@ -239,6 +240,15 @@ def _require_same(out: Path, resolved: Resolved) -> None:
     for name, text in resolved.inputs.items():
         if read_text(out / name, CONFIG_MOST, "study's file") != text:
             raise RunError(f"{out} holds another study: {name} is not the same")
+    return before
+
+
+def _require_alike(out: Path, before: dict[str, str]) -> None:
+    """Refuse to go on with what other versions have begun.
+
+    Raises:
+        RunError: they have.
+    """
     for package, now in identity().items():
         if before.get(package) != now:
             raise RunError(

@@ -178,8 +178,8 @@ def test_a_run_says_how_to_repeat_it(folder: Path, tmp_path: Path) -> None:
 def test_json_says_four_things(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["run", str(folder / "study.toml"), "--out", str(tmp_path / "r"), "--json"]
-    words += ["--set", "repeats=1", "robot.zeta=0.002", "--set", "seed=3", "--quick"]
+    words = ["run", "--out", str(tmp_path / "r"), "--json", "--quick", "--set", "seed=3"]
+    words += ["--set", "repeats=1", "robot.zeta=0.002", str(folder / "study.toml")]
     assert main(words) == 0
     content = json.loads(capsys.readouterr().out)
     assert set(content) == {"run", "runs", "diverged", "seconds"}
