@@ -9,9 +9,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from flexsim.errors import ParameterError
 from studies.spec.building import Workshop
 from studies.spec.matrix import Run
 
+ONE = np.ones((1, 6))  # gains as they are
 DRAWS_MOST = 64  # tried of a sweep's, and as many points of a grid
 
 
@@ -30,7 +32,23 @@ def require_buildable(workshop: Workshop) -> None:
                 for combo in range(combos):
                     workshop.stage(Run(plant, robot, draw, combo, 0), values)
         for controller in range(len(workshop.study.controllers)):
-            workshop.design(controller, values)[1].stacked(np.ones((1, 6)))
+            workshop.design(controller, values)[1].stacked(ONE)
+    _require_determined(workshop)
+
+
+def _require_determined(workshop: Workshop) -> None:
+    """Refuse a function that designs another controller when it is asked again."""
+    values, other = workshop.matrix.draws.values(0), Workshop(workshop.resolved)
+    for number, part in enumerate(workshop.study.controllers):
+        if part.function is None:
+            continue
+        one, two = (shop.design(number, values)[1].stacked(ONE) for shop in (workshop, other))
+        if not all(np.array_equal(a, b) for a, b in zip(one, two, strict=True)):
+            with workshop.within("controllers", number):
+                raise ParameterError(
+                    f"function {part.function!r} gives another controller each time; seed what is "
+                    "random in it"
+                )
 
 
 def tried(workshop: Workshop) -> list[int]:

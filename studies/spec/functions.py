@@ -15,6 +15,7 @@ import importlib.util
 import sys
 import types
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -60,8 +61,9 @@ def _module(name: str, text: str) -> types.ModuleType:
     module = types.ModuleType(Path(name).stem)
     module.__file__ = name
     try:
-        exec(compile(text, name, "exec"), module.__dict__)
-    except Exception as error:
+        with redirect_stdout(sys.stderr):  # what a command prints is its own
+            exec(compile(text, name, "exec"), module.__dict__)
+    except (Exception, SystemExit) as error:
         raise ParameterError(f"{name}: {type(error).__name__}: {error}") from error
     return module
 
@@ -90,8 +92,9 @@ def call(
     if not callable(design):
         raise ParameterError(f"{name} has no function {function!r}")
     try:
-        return design(period=period, parameters=parameters, **options)
-    except Exception as error:
+        with redirect_stdout(sys.stderr):
+            return design(period=period, parameters=parameters, **options)
+    except (Exception, SystemExit) as error:
         line = _line_of(error, module.__file__ or name)
         raise ParameterError(f"{source} failed{line}: {type(error).__name__}: {error}") from error
 
