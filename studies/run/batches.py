@@ -147,9 +147,8 @@ def prepared(
         stage = workshop.stage(run, values, model)
         combo = matrix.combos[run.combo]
         measured = workshop.measured(combo, stage.plant.parameters, values)[1]
-        design = workshop.design(combo.controller, values)[1]
         factors = 1.0 + workshop.perturbation(values) * normals[start:end]
-        controllers = design.stacked(factors)
+        controllers = workshop.controllers(combo.controller, values, factors)
         sizes = (controllers.b.shape[1:], controllers.A.shape[1:])
         kind = (run.plant, len(stage.start), sizes)
         gathered.setdefault(kind, []).append((stage, measured, np.arange(start, end), controllers))

@@ -8,6 +8,7 @@ What a run did not keep is run again, and held against the figures that it has k
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -34,7 +35,8 @@ from studies.spec.resolving import resolve
 Case = Annotated[
     str, tyro.conf.arg(help="A run by its number, or by what it is of: plant=chain,repeat=0.")
 ]
-SHOWN = 5  # runs that a message names
+SHOWN, KNOWN = 5, 40  # runs and values that a message names
+FIELD = 63  # characters of a name in MATLAB
 COUNTED = ("run", "draw", "repeat")
 
 
@@ -80,12 +82,13 @@ def run_number(results: Any, case: str) -> int:
         ParameterError: it names none, or several.
     """
     count = results.num_rows
-    if case.lstrip("-").isdigit():
+    if re.fullmatch("-?[0-9]{1,12}", case):
         if not 0 <= int(case) < count:
             raise ParameterError(f"--case {case}: there are runs 0 to {count - 1}")
         return int(case)
     fits = np.ones(count, dtype=bool)
-    for part in case.split(","):
+    known_names = "|".join(re.escape(name) for name in results.schema.names)
+    for part in re.split(rf",(?=\s*(?:{known_names})\s*=)", case):  # names may have commas
         name, equals, value = (each.strip() for each in part.partition("="))
         if not equals or name not in results.schema.names:
             raise ParameterError(f"--case {part!r}; {choice(name, results.schema.names)}")
@@ -96,7 +99,8 @@ def run_number(results: Any, case: str) -> int:
             wanted = value
         own = column == wanted
         if not own.any():
-            known = list(dict.fromkeys(str(each) for each in column[:1000]))
+            known = [str(each) for each in results.column(name).unique().to_pylist()]
+            known = known if len(known) <= KNOWN else [*known[:KNOWN], "..."]
             raise ParameterError(f"--case {name}={value}: there is none; {choice(value, known)}")
         fits &= own
     found = np.flatnonzero(fits)
@@ -107,7 +111,7 @@ def run_number(results: Any, case: str) -> int:
     differ = [
         name
         for name in results.schema.names
-        if len(set(results.column(name).take(found[:1000]).to_pylist())) > 1 and name != "run"
+        if len(results.column(name).take(found).unique()) > 1 and name != "run"
     ]
     shown = ", ".join(map(str, found[:SHOWN]))
     raise ParameterError(
@@ -138,7 +142,8 @@ def series_of(folder: Path, case: str, code: bool = True) -> Series:
     before = pq.read_table(folder / RESULTS).slice(run, 1).select(rows.column_names)
     if not before.equals(rows):
         raise RunError(
-            f"{folder}: run {run} is not as it was when it is run again; versions differ"
+            f"{folder}: run {run} is another when it is run again: versions, or what a function "
+            "designs, are not the same"
         )
     return Series(run, factors, traces(workshop, batch, "all"), True)
 
@@ -169,8 +174,9 @@ def write(path: Path, series: Series, form: str, force: bool) -> None:
         else:
             columns = {name: series.table.column(name).to_numpy() for name, *_ in TRACES}
             units = {name: unit for name, unit, _ in TRACES}
-            about = {key.replace(".", "_")[:31]: value for key, value in series.factors.items()}
-            savemat(temporary, {**columns, "units": units, "about": about}, appendmat=False)
+            about = {re.sub(r"\W+", "_", key)[:FIELD]: x for key, x in series.factors.items()}
+            content = {**columns, "units": units, "about": about}
+            savemat(temporary, content, appendmat=False, long_field_names=True)
 
 
 def command(config: ExportConfig) -> None:

@@ -16,6 +16,7 @@ from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.intervals import share_interval
 from studies.core.figures import COLOURS, FONT, beside, canvas, finish, mark, name_lines
 from studies.core.table import Column, Table
+from studies.core.text import spelled
 from studies.run.columns import unit_of
 from studies.run.sensitivity import SensitivityRow
 from studies.run.summary import PLANTS, CellRow, PairRow
@@ -23,6 +24,7 @@ from studies.spec.matrix import Matrix
 
 MM = 1e3
 SHOWN = 60  # lines of the table
+LONGEST = 60  # characters of a name
 LINES_MOST = 60  # of a figure
 LINES = ("o-", "s--", "D:", "^-.")  # markers and lines of plants
 
@@ -91,7 +93,17 @@ def case_of(matrix: Matrix, factors: dict[str, str], point: dict[str, float]) ->
     words = [factors["trajectory"], f"by {factors['controller']}"]
     words += [factors[key] for key in ("setting", "hardware", "robot") if several[key]]
     words += [f"{path.rpartition('.')[2]} {value:g}" for path, value in point.items()]
-    return ", ".join([" ".join(words[:2]), *words[2:]])
+    return plainly(", ".join([" ".join(words[:2]), *words[2:]]))
+
+
+def plainly(name: str) -> str:
+    """Return a name as tables and figures have it: no control characters, no endless ones."""
+    return spelled(name if len(name) <= LONGEST else f"{name[:LONGEST]}...")
+
+
+def drawn(name: str) -> str:
+    """Return a name for a figure, where a dollar would begin mathematics."""
+    return plainly(name).replace("$", r"\$")
 
 
 def shown_rows(found: Found) -> list[ShownRow]:
@@ -107,7 +119,7 @@ def shown_rows(found: Found) -> list[ShownRow]:
         share = (row.diverged_share, row.diverged_share_low, row.diverged_share_high)
         shown.append(
             ShownRow(
-                plant=row.factors["plant"],
+                plant=plainly(row.factors["plant"]),
                 case=case_of(found.matrix, row.factors, row.point),
                 envelope=with_interval(row.median, row.low, row.high, MM),
                 rms_error=with_interval(other.median, other.low, other.high, MM),
@@ -167,7 +179,8 @@ def verdict(found: Found) -> str:
         if sure:
             inside = sum((row.ratio_low or 0) <= 1 <= (row.ratio_high or 0) for row in sure)
             words += f"; 1 lies in the interval in {inside} of {len(sure)}"
-        said.append(f"Envelopes of {plant} over those of {own[0].against}: {words}.")
+        names = plainly(plant), plainly(own[0].against)
+        said.append(f"Envelopes of {names[0]} over those of {names[1]}: {words}.")
     for row in _strongest(found):
         if row.value is not None:
             value = with_interval(row.value, row.low, row.high)
@@ -224,11 +237,11 @@ def by_case(found: Found) -> Figure:
                 continue
             line = kept.index(case) + shift
             if row.median is None:
-                beside(axes, line, f"{plant}: half of the runs diverged", how["color"])
+                beside(axes, line, f"{drawn(plant)}: half of the runs diverged", how["color"])
                 continue
             lines.append((line, row))
-        _points(axes, lines, marker, {**how, "label": plant})
-    name_lines(axes, kept)
+        _points(axes, lines, marker, {**how, "label": drawn(plant)})
+    name_lines(axes, [drawn(case) for case in kept])
     axes.set_xlabel("envelope half-width: median and its 95 % interval (mm)")
     axes.set_xlim(left=0)
     more = f"the first {len(kept)} of {len(cases)} cases" if len(cases) > len(kept) else ""
@@ -273,12 +286,12 @@ def over_number(found: Found, path: str) -> Figure:
         colour = COLOURS[cases.index(case) % len(COLOURS)]
         line = LINES[found.matrix.names["plants"].index(plant) % len(LINES)]
         middle = [MM * (row.median or 0.0) for row in known]
-        axes.plot(x, middle, line, color=colour, label=f"{plant}: {case}")
+        axes.plot(x, middle, line, color=colour, label=drawn(f"{plant}: {case}"))
         low = [MM * (row.low if row.low is not None else row.median or 0.0) for row in known]
         high = [MM * (row.high if row.high is not None else row.median or 0.0) for row in known]
         axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
     unit = unit_of(path)
-    axes.set_xlabel(f"{path} ({unit})" if unit not in ("", "-") else path)
+    axes.set_xlabel(drawn(f"{path} ({unit})" if unit not in ("", "-") else path))
     axes.set_ylabel("envelope half-width: median and its 95 % interval (mm)")
     axes.set_ylim(bottom=0)
     return finish(figure, [axes], legend=min(len(found.matrix.names["plants"]), 3))
@@ -311,7 +324,7 @@ def sensitivity_figure(found: Found) -> Figure:
                 label=measure if first == 0 else None,
             )
     axes.axvline(0.0, color="0.6", linewidth=1.0)
-    name_lines(axes, lines)
+    name_lines(axes, [drawn(line) for line in lines])
     axes.set_xlabel(f"{' and '.join(measures)} of the envelope, with 95 % intervals", fontsize=FONT)
     return finish(figure, [axes], legend=len(measures) if len(measures) > 1 else 0)
 

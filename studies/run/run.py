@@ -30,7 +30,7 @@ from studies.run import report
 from studies.run.checking import check_rows
 from studies.run.report import Found
 from studies.run.sensitivity import sensitivity_rows
-from studies.run.store import RESULTS, STUDY, Store
+from studies.run.store import STUDY, Store
 from studies.run.summary import Cells, summary_rows
 from studies.run.workers import Done, cluster, here, spread
 from studies.spec.building import Workshop
@@ -233,6 +233,3 @@ def command(config: RunConfig) -> None:
     out.print(report.verdict(found), soft_wrap=True)
     shown = sorted(p.name + "/" * p.is_dir() for p in folder.iterdir() if p.name[0] != ".")
     out.print(f"{spelled(folder)}: {', '.join(shown)}", soft_wrap=True)
-
-
-__all__ = ["RESULTS", "Outcome", "RunConfig", "carry_out", "command"]

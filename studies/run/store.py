@@ -11,10 +11,11 @@ they are of. Nothing of what is assembled depends on when, where or how often it
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,12 +25,12 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from flexsim.errors import RunError
-from flexsim.files.atomic import replacing, write_text
+from flexsim.files.atomic import replacing, write_bytes, write_text
 from flexsim.files.reading import MIB, read_text
 from flexsim.files.scratch import sweep
 from studies.core.folder import CONFIG, run_folder, versions, write_config
 from studies.core.locking import locked
-from studies.core.marker import is_unfinished, sign
+from studies.core.marker import MARKER, is_unfinished, sign
 from studies.core.version import sources
 from studies.run.columns import FACTORS, results_schema
 from studies.spec.building import Workshop
@@ -40,7 +41,9 @@ RESULTS = "results.parquet"
 RESULTS_CSV = "results.csv"
 BATCHES = "batches"
 TRACES = "traces"
+SUMMARY = "summary.csv"
 GROUP = 1 << 16  # rows of a row group
+HASHED = 16  # characters of a hash in a name
 CONFIG_MOST = 16 * MIB
 Span = tuple[int, int]
 
@@ -61,6 +64,8 @@ class Store:
         self.matrix = workshop.matrix
         self.batch = workshop.study.batch
         self.schema = results_schema(workshop)
+        self._batches: dict[str, Path] = {}
+        self._look()
 
     @classmethod
     @contextmanager
@@ -90,17 +95,29 @@ class Store:
         """
         with locked(out):
             before = _require_same(out, workshop.resolved)
-            if is_unfinished(out):
+            found = cls(out, workshop)
+            if not found.finished:
                 _require_alike(out, before)
                 (out / BATCHES).mkdir(exist_ok=True)
                 for each in (out, out / BATCHES, out / TRACES):
                     sweep(each)
-            yield cls(out, workshop)
+                sign(out, unfinished=True)
+            yield found
 
     @property
     def finished(self) -> bool:
-        """Whether the run has ended."""
-        return not is_unfinished(self.folder)
+        """Whether the run has ended, with all that it writes."""
+        ours = (self.folder / MARKER).is_file() and not is_unfinished(self.folder)
+        files = (RESULTS_CSV, SUMMARY)
+        return ours and self.assembled and all((self.folder / each).is_file() for each in files)
+
+    @property
+    def assembled(self) -> bool:
+        """Whether the results are there, of all runs."""
+        try:
+            return bool(pq.read_metadata(self.folder / RESULTS).num_rows == self.matrix.runs)
+        except (OSError, pa.ArrowInvalid):
+            return False
 
     def spans(self) -> Iterator[Span]:
         """Give the first run of every batch, and that after its last."""
@@ -109,12 +126,21 @@ class Store:
 
     def pending(self) -> Iterator[Span]:
         """Give the batches that are not there yet."""
-        if not (self.folder / RESULTS).exists():
+        if not self.assembled:
             yield from (span for span in self.spans() if not self.has(*span))
 
-    def path(self, first: int, last: int) -> Path:
-        """Return the file of a batch."""
-        return self.folder / BATCHES / f"{self._name(first, last)}-{self.resolved.digest}.arrow"
+    def path(self, first: int, last: int) -> Path | None:
+        """Return the file of a batch, None if there is none."""
+        return self._batches.get(self._name(first, last))
+
+    def _look(self) -> None:
+        """Look which batches there are, by their files' names."""
+        self._batches = {}
+        with suppress(FileNotFoundError):
+            for path in sorted((self.folder / BATCHES).iterdir()):
+                runs, _, rest = path.name.rpartition(f"-{self.resolved.digest}-")
+                if runs and len(rest) == len(".arrow") + HASHED:
+                    self._batches[runs] = path
 
     def trace_path(self, first: int, last: int) -> Path:
         """Return the file of a batch's time series."""
@@ -125,16 +151,20 @@ class Store:
         return f"{first:010d}-{last - 1:010d}"
 
     def has(self, first: int, last: int) -> bool:
-        """Return whether a batch is there, whole."""
+        """Return whether a batch is there as it was written, and its time series with it."""
         path = self.path(first, last)
-        if not path.is_file() or path.is_symlink():
+        if path is None or path.is_symlink() or not path.is_file():
             return False
-        try:
-            with pa.memory_map(str(path)) as file, pa.ipc.open_file(file) as reader:
-                rows = sum(reader.get_batch(i).num_rows for i in range(reader.num_record_batches))
-        except (OSError, pa.ArrowInvalid):
+        content = path.read_bytes()
+        if not path.name.endswith(f"-{_hash(content)}.arrow"):
             return False
-        return bool(rows == last - first)
+        with pa.ipc.open_file(content) as reader:
+            metadata = reader.schema.metadata
+        wanted = metadata.get(b"traces")
+        if wanted is None:
+            return True
+        recorded = self.trace_path(first, last)
+        return recorded.is_file() and _hash(recorded.read_bytes()) == wanted.decode()
 
     def keep(self, first: int, last: int, rows: Any, traces: Any = None) -> None:
         """Write a batch, its time series first.
@@ -146,18 +176,22 @@ class Store:
             (self.folder / TRACES).mkdir(exist_ok=True)
             with replacing(self.trace_path(first, last), "the traces") as path:
                 _write_traces(path, traces)
-        with (
-            replacing(self.path(first, last), "the batch") as path,
-            path.open("wb") as file,
-            pa.ipc.new_file(file, self.schema) as writer,
-        ):
+            about = {b"traces": _hash(self.trace_path(first, last).read_bytes()).encode()}
+            rows = rows.replace_schema_metadata({**self.schema.metadata, **about})
+        sink = pa.BufferOutputStream()
+        with pa.ipc.new_file(sink, rows.schema) as writer:
             writer.write_table(rows)
+        content = bytes(sink.getvalue())
+        name = self._name(first, last)
+        file = f"{name}-{self.resolved.digest}-{_hash(content)}.arrow"
+        write_bytes(self.folder / BATCHES / file, content, "the batch")
+        self._batches[name] = self.folder / BATCHES / file
 
     def tables(self) -> Iterator[Any]:
         """Give the rows of every batch, in the order of runs."""
         for span in self.spans():
             with pa.OSFile(str(self.path(*span)), "rb") as file, pa.ipc.open_file(file) as reader:
-                yield reader.read_all()
+                yield reader.read_all().replace_schema_metadata(self.schema.metadata)
 
     def groups(self) -> Iterator[Any]:
         """Give the rows of all batches, GROUP at a time."""
@@ -179,7 +213,7 @@ class Store:
         Raises:
             RunError: it cannot be written.
         """
-        if not (self.folder / RESULTS).exists():
+        if not self.assembled:
             with replacing(self.folder / RESULTS, "the results") as path:
                 self._write_results(path)
 
@@ -208,6 +242,11 @@ class Store:
     def figure(self, name: str) -> Any:
         """Return one column of the results (runs,)."""
         return pq.read_table(self.folder / RESULTS, columns=[name]).column(0).to_numpy()
+
+
+def _hash(content: bytes) -> str:
+    """Return a name for what a file holds."""
+    return hashlib.sha256(content).hexdigest()[:HASHED]
 
 
 def _write_traces(path: Path, traces: Any) -> None:

@@ -13,7 +13,7 @@ import json
 import logging
 import signal
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
 from threading import Lock
@@ -127,14 +127,17 @@ def cluster(address: str | None, workers: int | None) -> Iterator[Any]:
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     if address is None:
-        with _uninterrupted():  # Ctrl-C is for this process, which ends its workers
-            local = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-            )
+        try:
+            with _uninterrupted():  # Ctrl-C is for this process, which ends its workers
+                local = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",  # of this machine alone, on any port
+                    silence_logs=logging.CRITICAL,
+                )
+        except (OSError, RuntimeError) as error:
+            raise RunError(f"--workers {workers}: they cannot be started: {error}") from None
         with local, Client(local) as client:
             yield client
         return
@@ -202,6 +205,11 @@ def spread(resolved: Resolved, spans: Iterator[Span], client: Any) -> Iterator[D
             raise RunError(
                 f"runs {first_run} to {last_run - 1} ended several workers, one after another; "
                 "give workers more memory, or smaller batches"
+            ) from None
+        except (OSError, RuntimeError, CancelledError) as error:
+            raise RunError(
+                f"the scheduler is gone ({type(error).__name__}); go on with --resume when there "
+                "is one"
             ) from None
         if (more := submitted()) is not None:
             waiting.add(more)

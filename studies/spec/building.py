@@ -10,7 +10,8 @@ its numbers stand in.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import Hardware
 from flexsim.loop.measuring import Yardstick, yardstick
@@ -28,6 +30,7 @@ from flexsim.loop.trajectories import Path, Reference, Trajectory, reference
 from flexsim.loop.waypoints import Waypoints
 from flexsim.mjcf.arm_file import require_stable_step
 from flexsim.mjcf.edits import stepped
+from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot, plant_kind
@@ -36,8 +39,10 @@ from studies.spec.matrix import Combo, Matrix, Run
 from studies.spec.parts import NUMBERS, PARTS
 from studies.spec.places import Place, changed, get, places, spelled
 from studies.spec.reading import decoded_part
-from studies.spec.resolving import Resolved, at
+from studies.spec.resolving import PlacedError, Resolved, at
 
+SAMPLES_MOST = 10_000_000  # of a reference: some gigabytes
+PERTURBED_MOST = 0.1
 KEPT = 1024  # of each kind; a batch of more different ones builds some twice
 FREE = ("period", "perturbation")  # numbers outside of the lists that may be varied
 USUAL = Parameters()
@@ -67,14 +72,18 @@ class Workshop:
         self._kept: dict[str, OrderedDict[Key, Any]] = {}
         self._changes: list[tuple[Place, int]] = []  # where each of a draw's numbers goes
         self._of: dict[tuple[Hashable, ...], tuple[tuple[Place, int], ...]] = {}  # of each item
+        taken: dict[Place, str] = {}
         for column, path in enumerate(self.matrix.draws.paths):
-            with at(f"{resolved.source}: sweep.{path}"):
+            with self._at(f"sweep.{path}"):
                 found = places(resolved.document, path)
                 for place in found:
-                    self._require_number(place, path)
+                    self._require_number(place)
+                    if place in taken:
+                        raise ParameterError(f"{spelled(place)} is varied as {taken[place]}, too")
+                    taken[place] = path
                 self._changes += [(place, column) for place in found]
 
-    def _require_number(self, place: Place, path: str) -> None:
+    def _require_number(self, place: Place) -> None:
         """Refuse to vary what is no number of the file."""
         value = get(self.resolved.document, place)
         root = place[0]
@@ -125,16 +134,32 @@ class Workshop:
     def within(self, name: str, number: int) -> Any:
         """Have errors begin with the file and an item of its lists."""
         alone = name == "robots" and len(self.study.robots) == 1
-        place = "robot" if alone else f"{name}[{number}]"
-        return at(f"{self.resolved.source}: {place}")
+        return self._at("robot" if alone else f"{name}[{number}]")
+
+    @contextmanager
+    def _at(self, place: str) -> Iterator[None]:
+        """Have errors begin with the file and a place in it."""
+        try:
+            with at(place):
+                yield
+        except PlacedError as error:
+            raise ParameterError(f"{self.resolved.source}: {error}") from None
 
     def period(self, values: tuple[float, ...]) -> float:
         """Return the control period [s]."""
         return float(self._free("period", values))
 
     def perturbation(self, values: tuple[float, ...]) -> float:
-        """Return how much gains are changed, relative."""
-        return float(self._free("perturbation", values))
+        """Return how much gains are changed, relative.
+
+        Raises:
+            ParameterError: it is below 0, or 0.1 or more.
+        """
+        found = float(self._free("perturbation", values))
+        if not 0.0 <= found < PERTURBED_MOST:
+            with self._at("perturbation"):
+                raise ParameterError(f"is {found:g}; give 0 or more, less than {PERTURBED_MOST}")
+        return found
 
     def _free(self, name: str, values: tuple[float, ...]) -> Any:
         changes = self._values(name, None, values)
@@ -211,6 +236,11 @@ class Workshop:
 
         def make() -> Measured:
             with self.within("trajectories", combo.trajectory):
+                if not path.end_time / period <= SAMPLES_MOST:
+                    raise ParameterError(
+                        f"{path.end_time:g} s have more than {SAMPLES_MOST:,} samples of "
+                        f"{period:g} s; give a shorter one, or a longer period"
+                    )
                 ref = reference(path, parameters, period)
                 return Measured(ref, yardstick(ref, path.hold), path.hold)
 
@@ -230,6 +260,17 @@ class Workshop:
                 return design_of(part, period, first, self.resolved.inputs)
 
         return own, self._once("design", own, make), part.v_gain
+
+    def controllers(self, number: int, values: tuple[float, ...], factors: Array) -> Controllers:
+        """Return a controller n times for the compiled loop, gains times factors (n, 6)."""
+        design = self.design(number, values)[1]
+        with self.within("controllers", number):
+            return design.stacked(factors)
+
+    def swept(self, values: tuple[float, ...]) -> str:
+        """Return in words what a draw sets."""
+        drawn = zip(self.matrix.draws.paths, values, strict=True)
+        return "".join(f"; with {path} = {value:g}" for path, value in drawn)
 
     @property
     def nominal(self) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexsim.errors import ParameterError
+from flexsim.errors import FlexsimError, ParameterError
 from studies.spec.building import Workshop
 from studies.spec.matrix import Run
 
@@ -27,12 +27,16 @@ def require_buildable(workshop: Workshop) -> None:
     plants, robots, _, combos, _ = matrix.shape
     for draw in tried(workshop):
         values = matrix.draws.values(draw)
-        for plant in range(plants):
-            for robot in range(robots):
-                for combo in range(combos):
-                    workshop.stage(Run(plant, robot, draw, combo, 0), values)
-        for controller in range(len(workshop.study.controllers)):
-            workshop.design(controller, values)[1].stacked(ONE)
+        try:
+            workshop.perturbation(values)
+            for controller in range(len(workshop.study.controllers)):
+                workshop.controllers(controller, values, ONE)
+            for plant in range(plants):
+                for robot in range(robots):
+                    for combo in range(combos):
+                        workshop.stage(Run(plant, robot, draw, combo, 0), values)
+        except FlexsimError as error:
+            raise ParameterError(f"{error}{workshop.swept(values)}") from None
     _require_determined(workshop)
 
 
@@ -42,7 +46,7 @@ def _require_determined(workshop: Workshop) -> None:
     for number, part in enumerate(workshop.study.controllers):
         if part.function is None:
             continue
-        one, two = (shop.design(number, values)[1].stacked(ONE) for shop in (workshop, other))
+        one, two = (shop.controllers(number, values, ONE) for shop in (workshop, other))
         if not all(np.array_equal(a, b) for a, b in zip(one, two, strict=True)):
             with workshop.within("controllers", number):
                 raise ParameterError(

@@ -45,6 +45,7 @@ from studies.spec.parts import (
     SectionsPart,
     ZerosPart,
 )
+from studies.spec.resolving import at
 
 FACTORS = 6  # of k1, k2, k3 of joint 1, then of joint 2
 SECTIONS = "oustaloup-sections"
@@ -150,11 +151,7 @@ def design_of(
             return _of_gains(found.joint1, found.joint2, "tustin", part.terms, period)
         return Scaled(stack([found], period))
     if part.A is not None:
-        matrices = [np.array(each, dtype=float) for each in (part.A, part.B, part.C, part.D)]
-        n, inputs_count = len(part.A), len(part.D[0]) if part.D else 0
-        shapes = ((n, n), (n, inputs_count), (2, n), (2, inputs_count))
-        given = [m.reshape(s) if not m.size else m for m, s in zip(matrices, shapes, strict=True)]
-        return Scaled(stack([tuple(given)], period))
+        return Scaled(stack([_space(part)], period))
     joints = part.joint1, part.joint2
     how = part.realisation
     if all(isinstance(each, GainsPart) for each in joints):
@@ -164,12 +161,34 @@ def design_of(
         raise ParameterError(f"realisation {how!r} is of gains and orders; leave it out")
 
     def design(factors: Array) -> Any:
-        return tuple(
-            _joint(each, factors[3 * i : 3 * i + 3], how, part.terms, period)
-            for i, each in enumerate(joints)
-        )
+        found = []
+        for i, each in enumerate(joints):
+            with at(f"joint{i + 1}"):
+                found.append(_joint(each, factors[3 * i : 3 * i + 3], how, part.terms, period))
+        return tuple(found)
 
     return Each(design, period)
+
+
+def matrix_of(name: str, rows: list[list[float]]) -> Array:
+    """Return a matrix of rows as long as one another.
+
+    Raises:
+        ParameterError: they are not.
+    """
+    if len({len(row) for row in rows}) > 1:
+        raise ParameterError(f"{name} has rows of different lengths; give them as many numbers")
+    return np.array(rows, dtype=float)
+
+
+def _space(part: ControllerPart) -> tuple[Array, ...]:
+    """Return A, B, C, D, whose empty ones have their shapes."""
+    A, B, C, D = (matrix_of(name, getattr(part, name)) for name in "ABCD")
+    inputs = D.shape[1] if D.ndim == 2 else 0
+    shapes = ((0, 0), (0, inputs), (2, 0))
+    if not A.size and not B.size and not C.size:
+        A, B, C = (np.zeros(shape) for shape in shapes)
+    return A, B, C, D
 
 
 def _require(realisation: str, known: tuple[str, ...]) -> None:
@@ -183,8 +202,11 @@ def _of_gains(one: Gains, other: Gains, realisation: str, terms: int, period: fl
     """Return (3) and (4)."""
     _require(realisation, OF_GAINS)
     joints = one, other
-    kept = [[_operator(k, nu, realisation, terms, period) for k, nu in _terms(g)] for g in joints]
-    check_finite("k3", one.k3 + other.k3)
+    kept = []
+    for number, gains in enumerate(joints, 1):
+        with at(f"joint{number}"):
+            check_finite("k3", gains.k3)
+            kept.append([_operator(*each, realisation, terms, period) for each in _terms(gains)])
     if realisation != SECTIONS and all(len(a) == 1 for joint in kept for _, a in joint):
         size = max(len(b) for joint in kept for b, _ in joint)
         taps = np.zeros((2, 2, size))
@@ -244,7 +266,7 @@ def _joint(
     if isinstance(part, FilterPart):
         return f1 * np.array(part.b), np.array(part.a)
     if isinstance(part, SectionsPart):
-        sections = np.array(part.sos, dtype=float)
+        sections = matrix_of("sos", part.sos)
         if sections.ndim != 2 or sections.shape[1] != FACTORS:
             raise ParameterError(f"sos has shape {sections.shape}; give rows of six numbers")
         sections[0, :3] *= f1

@@ -26,7 +26,7 @@ from scipy.stats import qmc
 from flexsim.errors import ParameterError
 from flexsim.numerics.elementary import exp, log
 from flexsim.numerics.types import Array
-from studies.spec.parts import NumbersPart, SweepPart
+from studies.spec.parts import DRAWS_MOST, NumbersPart, SweepPart
 
 STREAM = (2,)  # of the seed, beside those of tunings
 SALTELLI = "saltelli"
@@ -73,6 +73,9 @@ class Draws:
                 sampled[path] = part
             else:
                 lists[path] = points
+        count = math.prod(map(len, lists.values())) * (sweep.samples if sampled else 1)
+        if count > DRAWS_MOST:
+            raise ParameterError(f"sweep has {count:,} draws; give {DRAWS_MOST:,} at most")
         unit = _unit(sweep, len(sampled), seed)
         base = sweep.samples if sampled else 1
         grid = list(itertools.product(*lists.values()))
@@ -121,10 +124,12 @@ def _grid(path: str, part: NumbersPart) -> list[float] | None:
         return None
     low, high, count = given
     kind = "linear" if part.linear else "log"
-    if count != int(count) or not 1 <= count <= POINTS_MOST:
+    if not (1 <= count <= POINTS_MOST and count == int(count)):
         raise ParameterError(
             f"sweep.{path}.{kind} has {count:g} points; give a whole number, 1 to {POINTS_MOST}"
         )
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ParameterError(f"sweep.{path}.{kind} is from {low:g} to {high:g}; give finite ends")
     if kind == "log" and not (low > 0 and high > 0):
         raise ParameterError(f"sweep.{path}.log is from {low:g} to {high:g}; give both above 0")
     share = np.linspace(0.0, 1.0, int(count))

@@ -10,12 +10,15 @@ A file's text is kept in the run. A module that is installed is imported as it i
 
 from __future__ import annotations
 
+import copy
+import hashlib
 import importlib
 import importlib.util
+import os
 import sys
 import types
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -25,6 +28,7 @@ from flexsim.errors import ParameterError
 from flexsim.files.reading import MIB, read_text
 
 SOURCE_MOST = MIB
+FAILED = (Exception, SystemExit, GeneratorExit)  # what a function may end with
 
 
 def function_source(name: str, folder: Path, code: bool, keep: Callable[[str, str], str]) -> str:
@@ -55,16 +59,30 @@ def function_source(name: str, folder: Path, code: bool, keep: Callable[[str, st
     return name
 
 
+@contextmanager
+def _apart() -> Iterator[None]:
+    """Keep what a function prints from standard output, and where it goes from where we are."""
+    here = os.getcwd()
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.chdir(here)
+
+
 @lru_cache(maxsize=16)
 def _module(name: str, text: str) -> types.ModuleType:
     """Return a module of a source text, executed once."""
-    module = types.ModuleType(Path(name).stem)
+    own = f"flexsim_study_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    module = types.ModuleType(own)
     module.__file__ = name
+    sys.modules[own] = module  # where dataclasses look for it
     try:
-        with redirect_stdout(sys.stderr):  # what a command prints is its own
+        with _apart():
             exec(compile(text, name, "exec"), module.__dict__)
-    except (Exception, SystemExit) as error:
-        raise ParameterError(f"{name}: {type(error).__name__}: {error}") from error
+    except FAILED as error:
+        line = _line_of(error, name)
+        raise ParameterError(f"{name} failed{line}: {type(error).__name__}: {error}") from error
     return module
 
 
@@ -92,9 +110,9 @@ def call(
     if not callable(design):
         raise ParameterError(f"{name} has no function {function!r}")
     try:
-        with redirect_stdout(sys.stderr):
-            return design(period=period, parameters=parameters, **options)
-    except (Exception, SystemExit) as error:
+        with _apart():
+            return design(period=period, parameters=parameters, **copy.deepcopy(dict(options)))
+    except FAILED as error:
         line = _line_of(error, module.__file__ or name)
         raise ParameterError(f"{source} failed{line}: {type(error).__name__}: {error}") from error
 

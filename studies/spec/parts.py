@@ -19,15 +19,18 @@ from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from studies.core.evidence.repeats import PERTURBATION
+from studies.tuning.individuals import TERMS_MOST
 
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Pair = Annotated[tuple[float, float], Strict(False)]
-Three = Annotated[tuple[float, float, float], Strict(False)]
+Three = Annotated[tuple[Finite, Finite, Finite], Strict(False)]
 Zone = Annotated[tuple[Pair, Pair], Strict(False)]
 Root = float | Pair  # real, or real and imaginary part
 Matrix = list[list[float]]
 
 BATCH_LEAST, BATCH_MOST = 50, 1 << 16  # runs
 SEED_MOST = 2**32 - 1
+DRAWS_MOST = 10_000_000  # of a sweep, which are kept
 
 
 class Part(BaseModel):
@@ -109,7 +112,7 @@ class ZerosPart(Part):
 
 def kind_of_joint(given: Any) -> str:
     """Return which of a joint's kinds a table is, by what stands in it."""
-    keys = set(given) if isinstance(given, dict) else set(type(given).model_fields)
+    keys = set(given) if isinstance(given, dict) else set(getattr(given, "model_fields_set", ()))
     for tag, own in (
         ("sos", {"sos"}),
         ("zpk", {"zeros", "poles", "gain"}),
@@ -153,8 +156,8 @@ class ControllerPart(Part):
     C: Matrix | None = None
     D: Matrix | None = None
     realisation: str | None = None
-    terms: int = 10
-    v_gain: float = V_GAIN
+    terms: int = Field(default=10, ge=1, le=TERMS_MOST)
+    v_gain: Finite = V_GAIN
     trajectories: list[str] | None = None  # the names of those that it is run on; all unless given
 
 
@@ -202,8 +205,8 @@ class SettingPart(Part):
     mu: Pair | None = None
     speed: float | None = None
     torque_limit: Pair | None = None
-    I_m1: float | None = None
-    I_m2: float | None = None
+    I_m1: Finite | None = None
+    I_m2: Finite | None = None
 
 
 class HardwarePart(Part):
@@ -233,7 +236,7 @@ class SweepPart(Part):
     """What is varied: numbers by their paths, and how distributions are sampled."""
 
     sampler: Literal["sobol", "latin-hypercube", "saltelli"] = "sobol"
-    samples: int = Field(default=64, ge=1)
+    samples: int = Field(default=64, ge=1, le=DRAWS_MOST)
     numbers: dict[str, NumbersPart] = {}
 
 

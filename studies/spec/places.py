@@ -18,6 +18,8 @@ from typing import Any
 from flexsim.errors import ParameterError
 
 STEP = re.compile(r"(?P<key>[A-Za-z_][\w-]*)(?P<items>(?:\[[^\[\]]+\])*)")
+NUMBER = re.compile(r"[0-9]{1,9}")
+NAMED = ("name", "use", "model", "shape", "law")  # what an item is called by, the first of these
 ITEM = re.compile(r"\[([^\[\]]+)\]")
 EVERY = "*"
 Place = tuple[str | int, ...]
@@ -62,6 +64,10 @@ def _walk(node: Any, steps: tuple[str, ...], before: Place, path: str) -> Iterat
             yield (*before, at)
             continue
         within = node.get(at, {}) if isinstance(node, dict) else node[at]
+        if within == {} and NUMBER.fullmatch(rest[0]):
+            raise ParameterError(
+                f"{path}: {spelled((*before, at))} is not in the file; give all of it"
+            )
         yield from _walk(within, rest, (*before, at), path)
 
 
@@ -74,10 +80,10 @@ def _items(node: Any, step: str, before: Place, path: str) -> list[str | int]:
         raise ParameterError(f"{path}: {where} has nothing within it")
     if step == EVERY:
         return list(range(len(node)))
-    names = [each.get("name") for each in node if isinstance(each, dict)]
+    names = [_name(each) for each in node]
     if step in names:
         return [names.index(step)]
-    if step.isdigit() and int(step) < len(node):
+    if NUMBER.fullmatch(step) and int(step) < len(node):
         return [int(step)]
     named = [str(name) for name in names if name is not None]
     known = f"0 to {len(node) - 1}" if node else "none"
@@ -85,6 +91,13 @@ def _items(node: Any, step: str, before: Place, path: str) -> list[str | int]:
         f"{path}: {where} has no item {step!r}; it has {known}"
         + (f", named {', '.join(named)}" if named else "")
     )
+
+
+def _name(item: Any) -> Any:
+    """Return the name of a list's item, which may be that of what it uses."""
+    if not isinstance(item, dict):
+        return None
+    return next((item[key] for key in NAMED if isinstance(item.get(key), str)), None)
 
 
 def spelled(place: Place) -> str:

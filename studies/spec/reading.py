@@ -25,13 +25,14 @@ from studies.spec.places import put, spelled
 
 FILE_MOST = 16 * MIB
 LIKE = 0.8  # how close a word is to one that was meant
-SHOWN = 60  # characters of a value in a message
+SHOWN, LONGEST = 60, 300  # characters of a value in a message, and of what others say
 USUAL = {"robots": {}, "settings": {"use": "simulink"}, "hardware": {"use": "ideal"}}
 OF_SWEEP = ("sampler", "samples")
 OF_NUMBER = tuple(
     item.alias or name for name, item in NumbersPart.model_fields.items()
 )  # uniform, log-uniform, ...
-WANTED = {  # what would do, by pydantic's name of the mistake
+WANTED = {
+    "finite_number": "a finite number",  # and what else would do, by pydantic's name of the mistake
     "float_type": "a number",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
@@ -75,8 +76,8 @@ def read_study(path: Path, changes: Sequence[str] = (), quick: bool = False) -> 
     text = read_text(path, FILE_MOST, "study file")
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ParameterError(f"{path}: not TOML: {one_line(error)}") from None
+    except (ValueError, RecursionError) as error:  # also of numbers of thousands of digits
+        raise ParameterError(f"{path}: not TOML: {_short(one_line(error))}") from None
     return given(document, str(path), path.parent, changes, quick)
 
 
@@ -99,8 +100,8 @@ def given(
             cut(document, study)
             study = decoded(document)
     except ParameterError as error:
-        said = str(error)
-        if len(document.get("robots", ())) == 1:
+        said, robots = str(error), document.get("robots")
+        if isinstance(robots, list) and len(robots) == 1:
             said = said.replace("robots[0]", "robot")
         raise ParameterError(f"{source}: {said}") from None
     return Given(source, folder, document, study)
@@ -150,23 +151,41 @@ def _normalise(document: dict[str, Any]) -> None:
 
 def _change(document: dict[str, Any], change: str) -> None:
     """Put what 'path=value' says into a file's tables."""
-    path, equals, text = change.partition("=")
+    path, equals, text = (each.strip() for each in change.partition("="))
     if not equals:
         raise ParameterError(f"--set {change}: give path=value, such as robot.zeta=0.002")
     try:
         value = tomllib.loads(f"x = {text}")["x"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()  # a name without its quotes
+    except (ValueError, RecursionError):
+        value = text  # a name without its quotes
+    if path.startswith("sweep.") and path.removeprefix("sweep.") not in OF_SWEEP:
+        _vary(document, path.removeprefix("sweep.").strip("'\""), value)
+        return
     try:
-        put(document, path.strip(), value)
+        put(document, path, value)
     except ParameterError as error:
         raise ParameterError(f"--set {error}") from None
+
+
+def _vary(document: dict[str, Any], path: str, value: Any) -> None:
+    """Put what a number is varied over into a file's tables, under its path."""
+    sweep = document.setdefault("sweep", {})
+    _flatten(document)
+    numbers = document["sweep"].pop("numbers") if isinstance(sweep, dict) else {}
+    number, _, kind = path.rpartition(".")
+    if kind in OF_NUMBER:
+        path, value = number, {**numbers.get(number, {}), kind: value}
+    document["sweep"] = {**document["sweep"], **numbers, path: value}
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
 def _flatten(document: dict[str, Any]) -> None:
     """Gather a sweep's numbers, whose paths may be nested tables, by their paths."""
     sweep = document.get("sweep")
-    if not isinstance(sweep, dict) or "numbers" in sweep:
+    if not isinstance(sweep, dict):
         return
     numbers: dict[str, Any] = {}
 
@@ -210,6 +229,7 @@ def _said(error: Mapping[str, Any]) -> str:
     where, model = _place(error["loc"])
     value, kind, context = error["input"], error["type"], error.get("ctx") or {}
     shown = textwrap.shorten(repr(value), SHOWN, placeholder=" ...")
+    where = _short(where)
     if kind == "extra_forbidden":
         return f"{where} is unknown; {choice(str(error['loc'][-1]), _names(model))}"
     if kind == "missing":
@@ -225,7 +245,9 @@ def _said(error: Mapping[str, Any]) -> str:
     bounds = {"ge": "{} or more", "gt": "more than {}", "le": "{} at most", "lt": "less than {}"}
     for key, words in bounds.items():
         if key in context:
-            return f"{where} is {shown}; give {words.format(f'{context[key]:g}')}"
+            bound = context[key]
+            number = f"{bound:,}" if isinstance(bound, int) else f"{bound:g}"
+            return f"{where} is {shown}; give {words.format(number)}"
     return f"{where} is {shown}; {error['msg'][:1].lower()}{error['msg'][1:]}"
 
 

@@ -14,6 +14,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -26,6 +27,7 @@ from flexsim.loop.hardware import HARDWARE, Hardware
 from flexsim.loop.settings import SETTINGS, Setting
 from flexsim.loop.trajectories import RECONSTRUCTED_TRAJECTORIES, SHAPES, TRAJECTORIES, Trajectory
 from flexsim.mjcf.arm_file import given_text
+from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot.plant_names import KINDS, plant_kind
 from studies.spec.functions import function_source
@@ -70,6 +72,10 @@ class Resolved:
 
     def text(self) -> str:
         """Return the study as a file of its own."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         document = dict(self.document)
         if len(document["robots"]) == 1:
             (document["robot"],) = document.pop("robots")
@@ -79,7 +85,7 @@ class Resolved:
             document["sweep"] |= sweep["numbers"]
         return tomli_w.dumps(document)
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """A name for all that the study says."""
         digest = hashlib.sha256(self.text().encode())
@@ -93,13 +99,23 @@ class Resolved:
         return Study.model_validate(self.document)
 
 
+class PlacedError(ParameterError):
+    """A mistake at a place in the file: `place: said`."""
+
+    def __init__(self, place: str, said: str) -> None:
+        super().__init__(f"{place}: {said}")
+        self.place, self.said = place, said
+
+
 @contextmanager
 def at(place: str) -> Iterator[None]:
-    """Have errors begin with the place in the file that they are about."""
+    """Have errors begin with the place in the file that they are about, within an outer one."""
     try:
         yield
+    except PlacedError as error:
+        raise PlacedError(f"{place}.{error.place}", error.said) from None
     except (FlexsimError, ControllerError) as error:
-        raise ParameterError(f"{place}: {error}") from None
+        raise PlacedError(place, str(error)) from None
 
 
 def resolve(given: Given, code: bool = True) -> Resolved:
@@ -196,7 +212,9 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
         )
     path = folder / part.mjcf
     names = Names(**{item.name: getattr(part, item.name) for item in fields(Names)})
-    text = given_text(path, None, names).text
+    with at("mjcf"):
+        text = given_text(path, None, names).text
+        load_arm(path, None, names)  # refused under its own name
     return {
         "name": part.name or path.stem,
         "mjcf": keep(path.name, text),
@@ -232,13 +250,16 @@ def _controller(
         raise ParameterError(f"{key} has no effect beside {way}; leave it out")
     common = {"v_gain": part.v_gain, "trajectories": part.trajectories}
     if way in ("use", "run"):
-        found = controller_of(str(part.use)) if way == "use" else found_in(folder / str(part.run))
+        with at(way):
+            own_name = str(getattr(part, way))
+            found = controller_of(own_name) if way == "use" else found_in(folder / own_name)
         if "v_gain" not in part.model_fields_set and isinstance(found, FoundController):
             common["v_gain"] = found.v_gain
         own = _of_found(found, period) if isinstance(found, FoundController) else _of_own(found)
         return _plain({"name": part.name or found.name} | own | common)
     if way == "function":
-        source = function_source(str(part.function), folder, code, keep)
+        with at("function"):
+            source = function_source(str(part.function), folder, code, keep)
         name = part.name or str(part.function).rpartition(":")[2]
         return _plain({"name": name, "function": source, "options": part.options} | common)
     missing = [key for key in WAYS[way][: 2 if part.joint1 else 4] if getattr(part, key) is None]
@@ -301,7 +322,8 @@ def _trajectory(part: TrajectoryPart, folder: Path) -> dict[str, Any]:
         raise ParameterError(f"{key} is of a shape, not of waypoints; leave it out")
     points, times = part.points, part.times
     if part.file is not None:
-        points, own_times = read_points(folder / part.file)
+        with at("file"):
+            points, own_times = read_points(folder / part.file)
         if times and own_times:
             raise ParameterError(f"times stand in {part.file}, too; leave them out")
         times = times or own_times

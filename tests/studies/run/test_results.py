@@ -258,6 +258,20 @@ def test_export_of_what_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "is no finished run of a study file" in capsys.readouterr().err
 
 
+def test_names_with_commas_and_dollars(tmp_path: Path) -> None:
+    """As plants of integrators.toml have; and what a figure would take for mathematics."""
+    text = STUDY.replace(
+        '"line", {', '{ use = "line", name = "a, b=1, $\\\\frac{$ \\u001b[31m" }, {'
+    )
+    (tmp_path / "s.toml").write_text(text)
+    assert main(["run", str(tmp_path / "s.toml"), "--quick", "--out", str(tmp_path / "r")]) == 0
+    name = pq.read_table(tmp_path / "r" / "results.parquet").column("controller")[0].as_py()
+    case = f"controller={name},plant=closed-chain,draw=0,repeat=0"
+    out = str(tmp_path / "o.mat")
+    words = ["export", str(tmp_path / "r"), "--case", case, "--format", "mat", "--out", out]
+    assert main(words) == 0
+
+
 # --- what matters -------------------------------------------------------------------------------
 
 

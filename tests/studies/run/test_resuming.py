@@ -72,7 +72,11 @@ def test_killed_and_gone_on_with(whole: Path, tmp_path: Path) -> None:
     assert is_unfinished(out) and not (out / "results.parquet").exists()
     kept = {path: path.stat().st_mtime_ns for path in batches(out)}
     assert 3 <= len(kept) < RUNS // 50
-    batches(out)[0].write_bytes(b"torn")  # a disk's fault: run again
+    torn, other, altered = batches(out)[:3]  # a disk's fault: all run again
+    torn.write_bytes(b"torn")
+    content = altered.read_bytes()
+    other.write_bytes(content)
+    altered.write_bytes(content[:5000] + bytes(100) + content[5100:])
     assert main(["run", str(study), "--out", str(out), "--resume", "--threads", "1"]) == 0
     assert same(out, whole) and not is_unfinished(out) and not (out / "batches").exists()
     require_ours(out)  # may be replaced now
@@ -111,6 +115,7 @@ def test_an_unfinished_run_is_spared(
 
 
 def test_a_finished_run_is_shown_again(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    require_ours(whole)
     before = (whole / "results.parquet").stat().st_mtime_ns
     assert main(["run", "--out", str(whole), "--resume", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["runs"] == RUNS
@@ -153,6 +158,32 @@ def test_a_damaged_run_is_refused(
     (out / what).write_text("{")
     status = main(["run", str(whole.parent / "study.toml"), "--out", str(out), "--resume"])
     assert (status, capsys.readouterr().err.count("\n")) in {(2, 1), (0, 0)}
+
+
+@pytest.mark.parametrize("what", [MARKER, "summary.csv", "results.csv", "results.parquet"])
+def test_what_is_missing_of_a_run_is_made(whole: Path, tmp_path: Path, what: str) -> None:
+    shutil.copytree(whole, tmp_path / "run")
+    (tmp_path / "run" / what).unlink()
+    assert main(["run", "--out", str(tmp_path / "run"), "--resume"]) == 0
+    assert same(tmp_path / "run", whole)
+    require_ours(tmp_path / "run")
+    names = ({p.name for p in folder.iterdir()} for folder in (whole, tmp_path / "run"))
+    assert next(names) == next(names)
+
+
+def test_traces_that_are_not_as_they_were_are_made_again(whole: Path, tmp_path: Path) -> None:
+    out, words = tmp_path / "run", ["--traces", "nominal", "--set", "sweep.samples=60"]
+    study = str(whole.parent / "study.toml")
+    with flexsim("run", study, "--out", out, *words) as started:
+        wait_for(lambda: len(batches(out)) >= 2, started)
+        started.kill()
+        started.wait()
+    kept = sorted((out / "traces").glob("*.parquet"))
+    before = [path.read_bytes() for path in kept[:2]]
+    kept[0].unlink()
+    kept[1].write_bytes(b"garbage")
+    assert main(["run", "--out", str(out), "--resume"]) == 0
+    assert [path.read_bytes() for path in kept[:2]] == before
 
 
 def test_one_process_at_a_time(whole: Path, tmp_path: Path) -> None:
@@ -210,7 +241,7 @@ def test_workers_give_the_same_bytes_though_one_is_killed(whole: Path, tmp_path:
 def test_a_scheduler_at_an_address(whole: Path, tmp_path: Path) -> None:
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as local:
         words = ["run", str(whole / "study.toml"), "--out", str(tmp_path / "run")]
         assert main([*words, "--cluster", local.scheduler_address]) == 0
     assert same(tmp_path / "run", whole)

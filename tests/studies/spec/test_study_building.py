@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -200,6 +201,13 @@ def test_waypoints_are_the_librarys() -> None:
             "controllers=[{joint1={k1=1.0, nu1=0.5}, joint2={k3=1.0}, realisation='tustn'}]",
             "realisation 'tustn' is unknown",
         ),
+        (
+            "controllers=[{joint1={kp=nan}, joint2={kp=1.0}}]",
+            r"controllers\[0\].joint1: kp must be",
+        ),
+        ("controllers=[{joint1={sos=[]}, joint2={kp=1.0}}]", r"controllers\[0\].joint1: sos has"),
+        ("controllers=[{A=[[0.5, 1.0], [1.0]], B=[[1.0]], C=[[1.0]], D=[[1.0]]}]", "A has rows of"),
+        ("trajectories[0].hold=1e12", r"trajectories\[0\]: .* more than 10,000,000 samples"),
         ("controllers=[{A=[[0.5]], B=[[1.0]], C=[[1.0]], D=[[1.0]]}]", "1 inputs and 1 outputs"),
     ],
 )
@@ -265,6 +273,8 @@ def test_another_seed_draws_others_and_the_same_the_same() -> None:
         ({"linear": [0, 1, 2.5]}, "2.5 points; give a whole number"),
         ({"log": [-1, 1, 3]}, "give both above 0"),
         ({"values": []}, "give one or more"),
+        ({"linear": [0, 1, math.nan]}, "give a whole number"),
+        ({"linear": [0, math.inf, 3]}, "give finite ends"),
     ],
 )
 def test_ranges_that_are_none(given_part: dict[str, object], said: str) -> None:
@@ -278,6 +288,7 @@ def test_ranges_that_are_none(given_part: dict[str, object], said: str) -> None:
         ("robot.name", "no number"),
         ("plants[0].model.x", "has nothing within it"),
         ("repeats", "only numbers in robots, plants"),
+        ("perturbation", "perturbation: is 0.5; give 0 or more, less than 0.1; with perturbation"),
         ("controllers[5].terms", "has no item '5'"),
         ("robot.zetta", r"robot: zetta is unknown.*Did you mean zeta\?"),
         ("hardware[0].delay", "hardware.0.: delay is 0.5; give a whole number"),
@@ -286,6 +297,59 @@ def test_ranges_that_are_none(given_part: dict[str, object], said: str) -> None:
 def test_what_cannot_be_varied(path: str, said: str) -> None:
     with pytest.raises(FlexsimError, match=said):
         require_buildable(workshop(BASE + f'[sweep]\n"{path}" = [0.5, 0.7]\n'))
+
+
+def test_one_number_is_varied_once() -> None:
+    text = BASE + '[sweep]\nrobot.EI = [0.3, 0.4]\n"robots[*].EI" = [0.5, 0.6]\n'
+    with pytest.raises(ParameterError, match=r"sweep.robots\[\*\].EI: robots\[0\].EI is varied as"):
+        workshop(text)
+
+
+def test_too_many_draws_are_refused_before_they_are_made() -> None:
+    with pytest.raises(ParameterError, match="sweep has 10,000,000,000 draws; give 10,000,000"):
+        draws(a=part(linear=[0, 1, 1e5]), b=part(linear=[0, 1, 1e5]))
+
+
+def test_a_swept_value_that_will_not_do_is_said() -> None:
+    text = BASE + "[sweep]\nrobot.EI = [0.3, -0.4]\n"
+    with pytest.raises(ParameterError, match=r"robot: parameter EI .* is -0.4; .*; with robot.EI"):
+        require_buildable(workshop(text))
+
+
+FUNCTIONS = {
+    "import sys\ndef design(period, parameters):\n    sys.exit()\n": "failed at line 3: SystemExit",
+    "raise SystemExit\n": "failed at line 1: SystemExit",
+    "def design(period):\n    return 1\n": "unexpected keyword argument 'parameters'",
+    "def design(period, parameters):\n    return None\n": "cannot be used",
+    "import random\ndef design(period, parameters):\n    x = random.random()\n"
+    "    return (([x], [1.0]), ([x], [1.0]))\n": "gives another controller each time",
+}
+
+
+@pytest.mark.parametrize("source", FUNCTIONS)
+def test_functions_that_will_not_do(source: str, tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(source)
+    text = BASE.replace('["line", "circle"]\ntraj', '[{function = "own.py:design"}]\ntraj')
+    with pytest.raises(ParameterError, match=rf"controllers\[0\]: .*{FUNCTIONS[source]}"):
+        require_buildable(workshop(text, folder=tmp_path))
+
+
+def test_a_function_changes_nothing_of_the_study(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(
+        "from __future__ import annotations\nimport os\nfrom dataclasses import dataclass\n"
+        "@dataclass\nclass Own:\n    x: int = 1\n"
+        "def design(period, parameters, g):\n    g.append(1.0)\n    print(Own())\n"
+        "    os.chdir('/')\n    return ((g[:1], [1.0]), (g[:1], [1.0]))\n"
+    )
+    item = '[{function = "own.py:design", options = {g = [200.0]}}]\ntraj'
+    shop = workshop(BASE.replace('["line", "circle"]\ntraj', item), folder=tmp_path)
+    before = shop.resolved.text()
+    require_buildable(shop)
+    assert shop.resolved.text() == before and shop.study.controllers[0].options == {"g": [200.0]}
+    assert capsys.readouterr().out == "" and Path.cwd() == tmp_path
 
 
 def test_runs_are_numbered_one_to_one_and_draws_shared() -> None:

@@ -55,10 +55,10 @@ def resolved(text: str = BASE, *changes: str, folder: Path = Path(), code: bool 
         ("controllers[mine].joint1.kp=x", "controllers[2].joint1.kp is 'x'; give a number"),
         ("controllers[2].use=line", "use and joint1, joint2 contradict each other"),
         ("controllers[0].terms=5", "controllers[0]: terms has no effect beside use"),
-        ("controllers[7].use=a", "controllers has no item '7'; it has 0 to 2, named mine"),
+        ("controllers[7].use=a", "controllers has no item '7'; it has 0 to 2, named line, circle"),
         ("controllers[0].run=nowhere", "use and run contradict each other"),
-        ('controllers=[{run="nowhere"}]', "controllers[0]: nowhere is not a run"),
-        ('controllers=["lin"]', "controllers[0]: controller 'lin' is unknown"),
+        ('controllers=[{run="nowhere"}]', "controllers[0].run: nowhere is not a run"),
+        ('controllers=["lin"]', "controllers[0].use: controller 'lin' is unknown"),
         ('controllers=["lin"]', "Did you mean line?"),
         ("controllers=[{}]", "controllers[0]: says nothing; give one of use; run; function"),
         ("controllers=[{joint1={kp=1.0}}]", "controllers[0]: joint2 is missing; give it"),
@@ -75,11 +75,18 @@ def resolved(text: str = BASE, *changes: str, folder: Path = Path(), code: bool 
         ("hardware[0].delay=1.5", "hardware[0].delay is 1.5; give a whole number"),
         ("settings[0].dead_zone=[1,2]", "settings[0].dead_zone[0] is 1; give a list"),
         ('settings=["simulnk"]', "Did you mean simulink?"),
-        ("robot.mjcf=nofile.xml", "robot: "),
+        ("robot.mjcf=nofile.xml", "robot.mjcf: nofile.xml: cannot read"),
         ("weights=[1,2]", "weights[2] is missing"),
         ("sweep.samples=x", "sweep.samples is 'x'; give a whole number"),
         ("sweep.robot.EI.uniforn=[1,2]", "sweep.robot.EI.uniforn is unknown"),
         ("sweep.robot.EI.uniforn=[1,2]", "Did you mean uniform?"),
+        ("robots=3", "robots is 3; give a list"),
+        ("robots[²].zeta=1", "has no item '²'"),
+        ("settings[0].tau_0[0]=4", "settings[0].tau_0 is not in the file; give all of it"),
+        ("controllers[0].v_gain=nan", "controllers[0].v_gain is nan; give a finite number"),
+        ("seed=4294967296", "seed is 4294967296; give 4,294,967,295 at most"),
+        ("controllers[2].joint1=[1.0]", "controllers[2].joint1 is [1.0]; give a table"),
+        ("controllers[2].terms=1000000000", "give 5,000 at most"),
         ("x", "--set x: give path=value"),
         ("a b=3", "--set 'a b' is no path"),
     ],
@@ -100,6 +107,8 @@ def test_one_line_with_its_path(change: str, said: str) -> None:
         ("controllers = ['line']\ntrajectories = ['line']", "plants is missing; give it"),
         ("[robot]\nzeta = 0.1\n[[robots]]\nzeta = 0.2", "robot and robots are both given"),
         ("\x00", "not TOML"),
+        ("a = " + "[" * 5000 + "]" * 5000, "not TOML"),
+        ("seed = " + "1" * 5001, "not TOML"),
     ],
 )
 def test_what_is_no_study(text: str, said: str, tmp_path: Path) -> None:
@@ -130,6 +139,17 @@ def test_sets_values_as_toml_or_bare_text() -> None:
     found = resolved(BASE, *changes).study
     assert (found.robots[0].zeta, found.title, found.repeats) == (0.002, "my study", 3)
     assert found.hardware[0].counts == 8192
+
+
+def test_sets_items_by_what_they_use_and_what_is_varied() -> None:
+    changes = (
+        *("controllers[circle].v_gain=0", "trajectories[line].duration=2", "plants[0].step=5e-4"),
+        *("sweep.settings[0].mu[0]=[0.2, 0.3]", "sweep.robot.EI.uniform=[0.3, 0.4]"),
+    )
+    study = resolved(BASE, *changes).study
+    assert study.controllers[1].v_gain == 0 and study.trajectories[0].duration == 2.0
+    assert study.sweep.numbers["settings[0].mu[0]"].values == [0.2, 0.3]
+    assert study.sweep.numbers["robot.EI"].uniform == (0.3, 0.4)
 
 
 def test_a_resolved_study_resolves_to_itself(tmp_path: Path) -> None:
