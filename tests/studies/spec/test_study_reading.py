@@ -77,6 +77,8 @@ def resolved(text: str = BASE, *changes: str, folder: Path = Path(), code: bool 
         ('settings=["simulnk"]', "Did you mean simulink?"),
         ("robot.mjcf=nofile.xml", "robot.mjcf: nofile.xml: cannot read"),
         ("weights=[1,2]", "weights[2] is missing"),
+        ("weights=[nan,1,1]", "weights[0] is nan; give a finite number"),
+        ("sweep.robot.EI.linear=[0,inf,3]", "sweep.robot.EI.linear[1] is inf; give a finite"),
         ("sweep.samples=x", "sweep.samples is 'x'; give a whole number"),
         ("sweep.robot.EI.uniforn=[1,2]", "sweep.robot.EI.uniforn is unknown"),
         ("sweep.robot.EI.uniforn=[1,2]", "Did you mean uniform?"),
