@@ -28,6 +28,7 @@ from flexsim.loop.hardware import (
     waiting_room,
 )
 from flexsim.loop.measuring import (
+    SUMS,
     WAITING,
     WAITING_MOST,
     Yardstick,
@@ -41,6 +42,7 @@ from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
 get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
+APART = SUMS + 13  # numbers of a run's own sums: 256 bytes, lines of the cache for themselves
 TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
 RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
 
@@ -247,6 +249,7 @@ def run_all(  # type: ignore[no-untyped-def]
         loop = nth(loops, loop_first, which[i, 3])
         yard = nth(yards, yard_first, which[i, 4])
         waiting = np.empty((WAITING_MOST, 4))
+        own = np.zeros(APART)  # written at every sample: rows of `sums` would share cache lines
         index[i], diverged[i] = run_one(
             plant,
             get_thread_id(),
@@ -262,10 +265,11 @@ def run_all(  # type: ignore[no-untyped-def]
             states[i],
             torques[i],
             errors[i],
-            sums[i],
+            own,
             waiting,
             applied[i],
             seen[i],
         )
         if yard.points.shape[0] > 0:
-            settle(yard, sums[i], waiting)
+            settle(yard, own, waiting)
+            sums[i] = own[:SUMS]
