@@ -23,7 +23,7 @@ from flexsim.errors import RunError
 from flexsim.files.cleanup import committing, undone
 from flexsim.files.scratch import NEW, OLD, scratch
 from flexsim.numerics.machine import machine
-from studies.core.marker import require_ours, sign
+from studies.core.marker import is_unfinished, require_ours, sign
 from studies.core.version import sources, version
 
 CONFIG = "config.json"
@@ -78,6 +78,11 @@ def require_free(out: Path, force: bool) -> None:
     """
     if not os.path.lexists(out):
         return
+    if not force and is_unfinished(out):
+        raise RunError(
+            f"{out} holds an unfinished run; continue it with flexsim run --out {out} --resume, or "
+            "name another folder"
+        )
     if not force:
         raise RunError(f"{out} exists already; name another folder with --out, or add --force")
     if out.name in ("", ".."):

@@ -150,7 +150,9 @@ def prepared(
         factors = 1.0 + workshop.perturbation(values) * normals[start:end]
         controllers = workshop.controllers(combo.controller, values, factors)
         sizes = (controllers.b.shape[1:], controllers.A.shape[1:])
-        kind = (run.plant, len(stage.start), sizes)
+        p = stage.plant.parameters
+        loaded = p.payload > 0 or p.payload_inertia > 0  # a body more in EXUDYN's beam
+        kind = (run.plant, len(stage.start), loaded, sizes)
         gathered.setdefault(kind, []).append((stage, measured, np.arange(start, end), controllers))
     groups = [_group(parts, noise) for parts in gathered.values()]
     return Batch(int(runs[0]), int(runs[-1]) + 1, indices, drawn, groups)
