@@ -21,12 +21,23 @@ from studies.compare.compare import run as compare
 from studies.core.folder import to_json
 from studies.parity.modes import ModesConfig
 from studies.parity.modes import run as modes
+from studies.run.batches import carried_out, prepare
+from studies.run.run import workshop_of
 
 SEGMENTS = range(3, 9)
 MODELS = Path(__file__).parents[1] / "models"
+STUDIES = Path(__file__).parents[1] / "studies" / "files"
 SHORT = {  # where joints have stuck and slipped a few times, last bits are millimetres
     name: replace(path, duration=1.5, hold=0.2) for name, path in TRAJECTORIES.items()
 }
+
+
+def study_rows() -> list[dict[str, Any]]:
+    """Return results of a study file: drawn numbers, a spline through points, both plants."""
+    changes = ("sweep.samples=4", 'trajectories=[{file="detour.csv", time_law="spline"}]')
+    shop = workshop_of(STUDIES / "monte-carlo.toml", changes)
+    rows: list[dict[str, Any]] = carried_out(shop, prepare(shop, 0, shop.matrix.runs)).to_pylist()
+    return rows
 
 
 def values() -> dict[str, Any]:
@@ -50,6 +61,7 @@ def values() -> dict[str, Any]:
         },
         "compare": [asdict(row) for row in compare(config).rows],
     }
+    found["study"] = study_rows()
     return json.loads(to_json(found))  # type: ignore[no-any-return]
 
 

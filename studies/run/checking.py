@@ -1,6 +1,6 @@
 """MuJoCo judges: some runs of each closed-form cell are run by MuJoCo itself.
 
->>> check_rows(store, workshop)[0].check.check_inside
+>>> check_rows(cells, workshop)[0].check.check_inside
 True
 """
 
@@ -11,19 +11,17 @@ import numpy as np
 from studies.core.evidence.check_sample import check_sample
 from studies.run.batches import carried_out, prepared
 from studies.run.report import CheckRow
-from studies.run.store import Store
 from studies.run.summary import Cells
 from studies.spec.building import Workshop
 
 CLOSED, MUJOCO = "closed-chain", "chain"
 
 
-def check_rows(store: Store, workshop: Workshop, threads: int | None = None) -> list[CheckRow]:
+def check_rows(cells: Cells, workshop: Workshop, threads: int | None = None) -> list[CheckRow]:
     """Return what MuJoCo says of each cell of a chain in closed form, if the study asks for it."""
     wanted, matrix = workshop.study.check, workshop.matrix
     if wanted == 0:
         return []
-    cells = Cells(store, matrix)
     rows = []
     envelopes = cells.column("envelope")
     for cell, repeats in enumerate(envelopes):

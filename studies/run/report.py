@@ -44,13 +44,14 @@ class Found:
 
     Attributes:
         matrix: its runs. rows: cells, then pairs. sensitivity: of numbers with distributions.
-        checks: of closed-form chains, if they were asked for.
+        checks: of closed-form chains, if they were asked for. notes: on models beyond themselves.
     """
 
     matrix: Matrix
     rows: Sequence[CellRow | PairRow]
     sensitivity: Sequence[SensitivityRow] = ()
     checks: Sequence[CheckRow] = field(default_factory=list)
+    notes: Sequence[str] = ()
 
     def cells(self, figure: str) -> list[CellRow]:
         """Return the cells' rows of a figure."""
@@ -192,7 +193,7 @@ def verdict(found: Found) -> str:
             f"MuJoCo's own runs belong among those in closed form in {count - len(outside)} of "
             f"{count} cases."
         )
-    return "\n".join(said)
+    return "\n".join([*said, *(f"Note: {spelled(note)}" for note in found.notes)])
 
 
 def _strongest(found: Found) -> list[SensitivityRow]:

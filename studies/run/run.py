@@ -15,10 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import tyro
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from flexsim.errors import ParameterError
+from flexsim.loop.beyond import beyond
 from studies.core.carry_out import FIGURES
 from studies.core.console import console
 from studies.core.ending import saying
@@ -196,10 +198,22 @@ def _progress() -> Progress:
 def _found(store: Store, workshop: Workshop, config: RunConfig) -> Found:
     """Return what the results say."""
     seed = workshop.study.seed
-    rows = summary_rows(store, workshop.matrix, seed)
-    sensitivity = sensitivity_rows(Cells(store, workshop.matrix), seed)
-    checks = [] if store.finished else check_rows(store, workshop, config.threads)
-    return Found(workshop.matrix, rows, sensitivity, checks)
+    cells = Cells(store, workshop.matrix)
+    rows, sensitivity = summary_rows(cells, seed), sensitivity_rows(cells, seed)
+    checks = [] if store.finished else check_rows(cells, workshop, config.threads)
+    return Found(workshop.matrix, rows, sensitivity, checks, bent(store, workshop))
+
+
+def bent(store: Store, workshop: Workshop) -> list[str]:
+    """Return a note for each plant that bent further than its equations hold."""
+    length, notes = workshop.robot(0, workshop.nominal)[1].parameters.L, []
+    by_plant = store.figure("max_v").reshape(len(workshop.study.plants), -1)
+    for part, values in zip(workshop.study.plants, by_plant, strict=True):
+        ended = values[np.isfinite(values)]
+        most = float(ended.max()) if len(ended) else None
+        own = "" if part.name == part.model else f"{part.name}: "
+        notes += [own + note for note in beyond(part.model, most, length)]
+    return notes
 
 
 def _write(store: Store, found: Found) -> None:

@@ -1,6 +1,6 @@
 """What a study's runs say: medians with intervals, paired differences, shares that diverged.
 
->>> rows = summary_rows(store, workshop)
+>>> rows = summary_rows(Cells(store, matrix), seed=1)
 >>> rows[0].figure, rows[0].median, rows[0].low, rows[0].high
 
 A cell is what repeats and samples of distributions share: a plant, a robot, a controller, a
@@ -34,14 +34,13 @@ PLANTS, CONTROLLERS = "plants", "controllers"
 
 
 @dataclass(frozen=True)
-class CellRow:
+class FigureRow:
     """A figure of merit of one cell, in SI units; None where half of the runs diverged.
 
     Attributes:
+        what: 'cells', or what it is compared with.
         factors: names of the plant, robot, controller, trajectory, setting and hardware.
         point: the numbers of the grid, by path.
-        low, high: 95 % interval of the median; None with fewer than six runs, or for an open end.
-        diverged_share_low, diverged_share_high: 95 % interval, Wilson's.
     """
 
     what: str
@@ -51,6 +50,17 @@ class CellRow:
     unit: str
     runs: int
     median: float | None
+
+
+@dataclass(frozen=True)
+class CellRow(FigureRow):
+    """How sure a median is, and how many runs diverged.
+
+    Attributes:
+        low, high: 95 % interval of the median; None with fewer than six runs, or for an open end.
+        diverged_share_low, diverged_share_high: 95 % interval, Wilson's.
+    """
+
     low: float | None
     high: float | None
     quartile_1: float | None
@@ -62,7 +72,7 @@ class CellRow:
 
 
 @dataclass(frozen=True)
-class PairRow:
+class PairRow(FigureRow):
     """A cell against the first plant or controller, in all else the same: paired runs.
 
     Attributes:
@@ -70,13 +80,6 @@ class PairRow:
             divided by. difference, ratio: of medians, with 95 % intervals by bootstrap of pairs.
     """
 
-    what: str
-    factors: dict[str, str]
-    point: dict[str, float]
-    figure: str
-    unit: str
-    runs: int
-    median: float | None
     against: str
     difference: float | None
     difference_low: float | None
@@ -136,13 +139,12 @@ class Cells:
         return min(alike, key=lambda each: each.controller)
 
 
-def summary_rows(store: Store, matrix: Matrix, seed: int) -> list[CellRow | PairRow]:
+def summary_rows(cells: Cells, seed: int) -> list[CellRow | PairRow]:
     """Return the rows of every cell and figure, then those of pairs.
 
     Args:
         seed: of the bootstrap.
     """
-    cells = Cells(store, matrix)
     lost = [int(each.sum()) for each in cells.column("diverged")]
     about = [cells.about(cell) for cell in range(len(cells))]
     pairs = list(cells.pairs())

@@ -56,10 +56,11 @@ def _rows(workshop: Workshop, batch: Any, wanted: str, threads: int | None) -> D
 
 
 @lru_cache(maxsize=2)
-def _workshop(payload: str) -> Workshop:
+def _workshop(payload: str) -> tuple[Workshop, Perturbations]:
     """Return a worker's own workshop of a study, kept for the next batch."""
     source, document, inputs = json.loads(payload)
-    return Workshop(Resolved(source, document, inputs))
+    workshop = Workshop(Resolved(source, document, inputs))
+    return workshop, Perturbations(workshop.study.seed)
 
 
 def payload_of(resolved: Resolved) -> str:
@@ -75,8 +76,8 @@ def remote(payload: str, first: int, last: int, expected: dict[str, str]) -> tup
     """
     require_alike("a worker", identity(), expected)
     with _ONE:
-        workshop = _workshop(payload)
-        batch = prepare(workshop, first, last)
+        workshop, drawn = _workshop(payload)
+        batch = prepare(workshop, first, last, drawn)
         _, _, rows, recorded = _rows(workshop, batch, workshop.study.traces, 1)
     return _bytes(rows), b"" if recorded is None else _bytes(recorded)
 

@@ -33,7 +33,7 @@ from flexsim.mjcf.edits import stepped
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
-from flexsim.robot import Robot, plant_kind
+from flexsim.robot import Robot
 from studies.spec.designs import Design, design_of
 from studies.spec.matrix import Combo, Matrix, Run
 from studies.spec.parts import NUMBERS, PARTS
@@ -312,10 +312,6 @@ class Workshop:
     def _loop(self, run: Run, plant: Plant, ref: Reference, v_gain: float) -> Any:
         with self.within("plants", run.plant):
             return loop_of(plant, ref, v_gain, self.study.weights)
-
-    def kind(self, run: Run) -> str:
-        """Return the kind of a run's plant, without its size."""
-        return plant_kind(self.study.plants[run.plant].model)[0]
 
 
 def plant_of(

@@ -26,7 +26,6 @@ from flexsim.errors import FlexsimError, ParameterError
 from flexsim.loop.hardware import HARDWARE, Hardware
 from flexsim.loop.settings import SETTINGS, Setting
 from flexsim.loop.trajectories import RECONSTRUCTED_TRAJECTORIES, SHAPES, TRAJECTORIES, Trajectory
-from flexsim.mjcf.arm_file import given_text
 from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot.plant_names import KINDS, plant_kind
@@ -213,8 +212,7 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
     path = folder / part.mjcf
     names = Names(**{item.name: getattr(part, item.name) for item in fields(Names)})
     with at("mjcf"):
-        text = given_text(path, None, names).text
-        load_arm(path, None, names)  # refused under its own name
+        text = load_arm(path, None, names).text  # with our names in it
     return {
         "name": part.name or path.stem,
         "mjcf": keep(path.name, text),

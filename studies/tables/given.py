@@ -19,7 +19,7 @@ from flexsim.numerics.clocks import whole_substeps
 from flexsim.plants.base import Plant
 from studies.core.evidence.intervals import known_ends, ratio_interval
 from studies.core.evidence.repeats import Medians, medians, perturbed, values_of
-from studies.tables.rows import GivenRatio, GivenRow
+from studies.tables.rows import GivenRatio, GivenRow, figures_of
 from studies.tuning.found import (
     AnyController,
     FoundController,
@@ -121,26 +121,12 @@ def _row(
     controller: AnyController, plant: str, shape: str, nominal: dict[str, Any], found: Medians
 ) -> GivenRow:
     tuned_on = " ".join(controller.tuning.plants) if isinstance(controller, FoundController) else ""
-    low, high = found.interval("envelope")
     return GivenRow(
         tuned_on,
         devised_for(controller),
         plant,
         shape,
-        envelope=found.envelope,
-        max_error=found.max_error,
-        rms_error=found.rms_error,
-        max_v=found.max_v,
-        residual_v=found.residual_v,
-        index=None if nominal["diverged"] else nominal["index"],
-        diverged=found.diverged,
-        diverged_at=found.diverged_at,
-        envelope_low=low,
-        envelope_high=high,
-        runs=found.runs,
-        diverged_share=found.diverged_share,
-        diverged_share_low=found.diverged_share_low,
-        diverged_share_high=found.diverged_share_high,
+        **figures_of(nominal, found),
         controllers=label_of(controller),
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from flexsim.recording.traces import spoken
+from studies.core.evidence.repeats import Medians
 from studies.core.paper import case_name, paper_envelopes
 
 
@@ -148,3 +149,28 @@ class TablesResult:
     def tuned(self) -> bool:
         """Whether the controllers were tuned here."""
         return not any(isinstance(row, GivenRow) for row in self.rows)
+
+
+def figures_of(nominal: Mapping[str, Any], found: Medians) -> dict[str, Any]:
+    """Return the figures of a row: the index of the gains as they are, medians of the others.
+
+    Args:
+        nominal: figures of merit of the run with the gains as they are. found: of the repeats.
+    """
+    low, high = found.interval("envelope")
+    return {
+        "envelope": found.envelope,
+        "max_error": found.max_error,
+        "rms_error": found.rms_error,
+        "max_v": found.max_v,
+        "residual_v": found.residual_v,
+        "index": None if nominal["diverged"] else nominal["index"],
+        "diverged": found.diverged,
+        "diverged_at": found.diverged_at,
+        "envelope_low": low,
+        "envelope_high": high,
+        "runs": found.runs,
+        "diverged_share": found.diverged_share,
+        "diverged_share_low": found.diverged_share_low,
+        "diverged_share_high": found.diverged_share_high,
+    }

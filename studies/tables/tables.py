@@ -40,7 +40,7 @@ from studies.core.study_options import (
 from studies.tables.figures import figures
 from studies.tables.given import Repeats, check, check_untuned, evaluated
 from studies.tables.report import facts, files, tables, verdict
-from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult
+from studies.tables.rows import ControllerRow, RatioRow, RunRow, TablesResult, figures_of
 from studies.tuning.distributions import NAMES
 from studies.tuning.found import GAINS, FoundController, controllers_of
 from studies.tuning.genetic import Generation, Search
@@ -196,23 +196,9 @@ def run_row(
     ref = reference(chased, plant.parameters, each.tuning.period)
     nominal, *perturbed = measure(plant, chosen, ref, filters, chased.hold, threads=config.threads)
     found = medians(perturbed)
-    low, high = found.interval("envelope")
     row = RunRow(
         *names,
-        envelope=found.envelope,
-        max_error=found.max_error,
-        rms_error=found.rms_error,
-        max_v=found.max_v,
-        residual_v=found.residual_v,
-        index=None if nominal["diverged"] else nominal["index"],
-        diverged=found.diverged,
-        diverged_at=found.diverged_at,
-        envelope_low=low,
-        envelope_high=high,
-        runs=found.runs,
-        diverged_share=found.diverged_share,
-        diverged_share_low=found.diverged_share_low,
-        diverged_share_high=found.diverged_share_high,
+        **figures_of(nominal, found),
     )
     return row, values_of(perturbed, "envelope")
 
