@@ -122,9 +122,9 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "how many modes, segments, which step: down to the exact beam",
     ),
     "view": (
-        "tools.view",
+        "view.view",
         "ViewConfig",
-        "open a run's recording in the rerun viewer",
+        "look at runs in the rerun viewer, side by side if several",
     ),
 }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from flexsim.errors import ParameterError
+from flexsim.loop.friction import Friction
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -32,6 +33,8 @@ class Case:
         reference: all of it, also after a divergence; without it, as far as the longer motion.
         bands: by the plant's name, what its repeats cover; not of every plant.
         shown: by the plant's name, which of its runs the motion is.
+        friction: of the joints, whose states over time are shown; without it they are not.
+        merit: by the plant's name, figures of merit in words by what they are.
 
     Raises:
         ParameterError: a name that no entity path can carry, or no motion.
@@ -47,6 +50,8 @@ class Case:
     hardware: str = "ideal"
     bands: Mapping[str, Band] = field(default_factory=dict)
     shown: Mapping[str, str] = field(default_factory=dict)
+    friction: Friction | None = None
+    merit: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what could not be recorded."""

@@ -1,102 +1,258 @@
-"""How a recording looks when it is opened: one tab per case, both arms beside their curves.
+"""How a recording looks when it is opened: a tab per case, the map beside the plots, an overview.
+
+    >>> layout([Beside("", plans)])                        # one recording
+    >>> layout([Beside("one", plans), Beside("two", other)])       # two, side by side
 
 The layout is stored in the recording itself, so that `rerun RUN/run.rrd` opens already arranged.
 """
 
 from __future__ import annotations
 
+import math
 import uuid
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
+from rerun import SeriesLines
+from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 from rerun.components import Plane3D
 
+from flexsim.recording.colours import BACKGROUND
+from flexsim.recording.panels import Page, Panel, Plan, Series
 from flexsim.recording.rerun_file import fix_ids
-from flexsim.recording.traces import TIMELINE, panels
+from flexsim.recording.traces import TIMELINE
 
-if TYPE_CHECKING:
-    from flexsim.recording.case import Case
-FLOOR = -0.05  # height of the grid below the plane of motion [m]; display only
+CAMERA, SOLIDS = "top", "solids"  # of the scene, see `flexsim.recording.scene`
 GRID_SPACING = 0.1  # [m]
-EYE = np.array([0.04, -0.46, 0.86])  # of the eye from the centre, in spans of the scene
-SCENE_TITLE = "orange: assumed modes · blue: MuJoCo chain · dashed: reference · grid 0.1 m"
-CROWDED = ("torque", "joint", "modal")  # a legend would hide the curves; their titles explain
-BANDED = ("tip_error", "v")  # so it would where all runs are shown, too
-BAND_TITLE = " · dark: ends of all runs"
+EYE = np.array([0.04, -0.62, 0.72])  # of the eye from the centre, in spans of the scene
+OVERVIEW = "overview"
+ABOUT = (("robot", "parameters"), ("run", "run"))  # texts that a recording has once
 
 
-def _eye(corners: NDArray[np.float64]) -> rrb.EyeControls3D:
-    """Return an eye above the arm, a little to its front, that has corners (2, 3) [m] in sight."""
-    centre = corners.mean(axis=0)
-    span = float(np.linalg.norm(corners[1] - corners[0]))
-    return rrb.EyeControls3D(
+class Named(NamedTuple):
+    """A part of a recording under the name by which its like in another is found."""
+
+    key: str
+    part: Any
+
+
+@dataclass(frozen=True)
+class Beside:
+    """One recording among those that are laid out: where its entities are, and its cases.
+
+    Attributes:
+        root: path of its entities, '' for the recording's own root. plans: of its cases.
+        title: as a heading names it. pages: what else it has to show.
+    """
+
+    root: str
+    plans: Sequence[Plan] = ()
+    title: str = ""
+    pages: Sequence[Page] = ()
+
+    def path(self, entity: str) -> str:
+        """Return the path of an entity."""
+        return f"/{self.root}/{entity}" if self.root else f"/{entity}"
+
+
+def top_view(of: Beside, plan: Plan, title: str = "") -> rrb.Spatial2DView:
+    """Return the map of a case: the scene as its camera sees it; y upwards."""
+    x0, x1, y0, y1 = plan.bounds
+    scene = of.path(f"{plan.name}/scene")
+    return rrb.Spatial2DView(
+        origin=f"{scene}/{CAMERA}",
+        contents=f"{scene}/**",
+        name=title or plan.title,
+        background=list(BACKGROUND),
+        visual_bounds=rrb.VisualBounds2D(x_range=(x0, x1), y_range=(-y1, -y0)),
+    )
+
+
+def space_view(of: Beside, plan: Plan) -> rrb.Spatial3DView:
+    """Return the same scene in space, to be turned."""
+    x0, x1, y0, y1 = plan.bounds
+    centre = np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0.0])
+    span = math.hypot(x1 - x0, y1 - y0)
+    scene = of.path(f"{plan.name}/scene")
+    eye = rrb.EyeControls3D(
         kind=rrb.Eye3DKind.Orbital,
         position=centre + span * EYE,
         look_target=centre,
         eye_up=(0.0, 0.0, 1.0),
     )
-
-
-def _scene(case: Case, corners: NDArray[np.float64]) -> rrb.Spatial3DView:
-    """Return the view of both arms over the reference."""
     return rrb.Spatial3DView(
-        origin=f"/{case.name}/scene",
-        name=SCENE_TITLE,
-        background=[24, 26, 30],
+        origin=scene,
+        contents=[f"{scene}/**", f"- {scene}/{CAMERA}/**", f"+ {of.path(plan.name)}/{SOLIDS}/**"],
+        name="in space (drag to turn)",
+        background=list(BACKGROUND),
         line_grid=rrb.LineGrid3D(
             spacing=GRID_SPACING,
-            plane=Plane3D.XY.with_distance(FLOOR),
-            color=[255, 255, 255, 28],
+            plane=Plane3D.XY.with_distance(-0.05),
+            color=[255, 255, 255, 20],
         ),
-        eye_controls=_eye(corners),
+        eye_controls=eye,
     )
 
 
-def _plot(case: Case, panel: str, title: str) -> rrb.TimeSeriesView:
-    """Return one plot; all of them share the time axis."""
-    banded = bool(case.bands) and panel in BANDED
+def _visualizer(series: Series) -> rrb.Visualizer:
+    """Return how one curve is drawn from its component."""
+    source = VisualizerComponentMapping(
+        "Scalars:scalars",
+        ComponentSourceKind.SourceComponent,
+        source_component=series.component,
+        selector=f".{series.field}",
+    )
+    lines = SeriesLines(colors=[series.colour], names=[series.name], widths=[series.width])
+    return lines.visualizer(mappings=[source])
+
+
+def plot(of: Beside, plan: Plan, panel: Panel) -> rrb.TimeSeriesView:
+    """Return one plot: title with the key, explicit range; all share the time that is seen."""
+    drawn: dict[Any, list[rrb.Visualizer]] = {}
+    for series in panel.series:
+        path = of.path(f"{plan.name}/{series.entity}")
+        drawn.setdefault(path, []).append(_visualizer(series))
     return rrb.TimeSeriesView(
-        origin=f"/{case.name}/{panel}",
-        name=title + BAND_TITLE * banded,
+        origin=of.path(plan.name),
+        contents=list(drawn),
+        overrides=dict(drawn),
+        name=panel.title,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
-        plot_legend=rrb.PlotLegend(
-            rrb.Corner2D.RightTop, visible=panel not in CROWDED and not banded
-        ),
+        axis_y=rrb.ScalarAxis(range=(panel.low, panel.high)),
+        plot_legend=rrb.PlotLegend(visible=False),  # it would cover curves: the title has the key
     )
 
 
-def _tab(case: Case, corners: NDArray[np.float64]) -> rrb.Horizontal:
-    """Return the tab of one case."""
-    texts = rrb.Tabs(
-        rrb.TextDocumentView(origin=f"/{case.name}/notes", name="about this case"),
-        rrb.TextDocumentView(origin="/parameters", name="robot"),
-        rrb.TextDocumentView(origin="/run", name="run"),
-    )
-    left = rrb.Vertical(_scene(case, corners), texts, row_shares=[7, 3])
-    plots = rrb.Grid(
-        *(_plot(case, panel, title) for panel, title in panels(case.motions).items()),
-        grid_columns=2,
-    )
-    return rrb.Horizontal(left, plots, column_shares=[46, 54], name=case.name)
+def _plots(of: Beside, plan: Plan) -> rrb.Container:
+    """Return the plots of a case, a tab for each kind; its states below its joints' plots."""
+    tabs: dict[str, list[rrb.View]] = {}
+    for panel in plan.panels:
+        tabs.setdefault(panel.tab, []).append(plot(of, plan, panel))
+    if plan.states:
+        lanes = rrb.StateTimelineView(
+            origin=of.path(f"{plan.name}/states"), name="dead zone and stick-slip"
+        )
+        tabs.setdefault("joints", []).append(lanes)
+    if not tabs:
+        return rrb.Vertical(*_texts(of, plan))
+    columns = [rrb.Vertical(*views, name=name) for name, views in tabs.items()]
+    return columns[0] if len(columns) == 1 else rrb.Tabs(*columns)
 
 
-def layout(cases: Sequence[Case], corners: Sequence[NDArray[np.float64]]) -> rrb.Blueprint:
-    """Return the blueprint of a whole recording.
+def _texts(of: Beside, plan: Plan) -> list[rrb.View]:
+    """Return the texts about a case."""
+    texts = [("about this case", f"{plan.name}/notes")] * plan.notes
+    return [
+        rrb.TextDocumentView(origin=of.path(entity), name=name)
+        for name, entity in (*texts, *plan.texts)
+    ]
 
-    Args:
-        cases: at least one.
-        corners: per case (2, 3), lowest and highest corner of what moves [m].
+
+def _tab(of: Beside, plan: Plan, narrow: bool = False) -> rrb.Container:
+    """Return what is shown of one case: its map and plots, beside or above each other."""
+    if not plan.scene:
+        plots, texts = _plots(of, plan), rrb.Tabs(*_texts(of, plan))
+        if narrow:
+            return rrb.Vertical(plots, texts, row_shares=[7, 3], name=of.title or plan.name)
+        return rrb.Horizontal(plots, texts, column_shares=[7, 3], name=plan.name)
+    below = rrb.Tabs(*_texts(of, plan), space_view(of, plan))
+    if narrow:
+        parts = (top_view(of, plan), _plots(of, plan), below)
+        return rrb.Vertical(*parts, row_shares=[4, 5, 2], name=of.title or plan.name)
+    left = rrb.Vertical(top_view(of, plan), below, row_shares=[7, 3])
+    return rrb.Horizontal(left, _plots(of, plan), column_shares=[50, 50], name=plan.name)
+
+
+def _overview(of: Beside) -> rrb.Container:
+    """Return the maps of all cases over one table."""
+    maps = [top_view(of, plan, plan.name) for plan in of.plans]
+    columns = min(4, math.ceil(math.sqrt(len(maps))))
+    text = rrb.TextDocumentView(origin=of.path(OVERVIEW), name="all cases")
+    grid = rrb.Grid(*maps, grid_columns=columns)
+    return rrb.Vertical(grid, text, row_shares=[6, 4], name=OVERVIEW)
+
+
+def _page(of: Beside, page: Page) -> rrb.View:
+    """Return the view of an image or a text."""
+    kind = rrb.Spatial2DView if page.image else rrb.TextDocumentView
+    return kind(origin=of.path(page.entity), name=page.title)
+
+
+def _alone(of: Beside) -> list[rrb.Container | rrb.View]:
+    """Return the tabs of one recording."""
+    tabs: list[rrb.Container | rrb.View] = [_tab(of, plan) for plan in of.plans]
+    if all(plan.scene for plan in of.plans) and of.plans:
+        about = [rrb.TextDocumentView(origin=of.path(entity), name=n) for n, entity in ABOUT]
+        tabs = [*([_overview(of)] if len(tabs) > 1 else []), *tabs, *about]
+    return [*tabs, *(_page(of, page) for page in of.pages)]
+
+
+def _paired(every: Sequence[Sequence[Named]]) -> list[list[tuple[int, Named]]]:
+    """Return rows of what stands side by side: parts of several owners that have the same name.
+
+    Where none has, the first stands beside the first.
+
+    Returns:
+        Per row the owners' numbers and their parts.
     """
-    root = rrb.Tabs(*(_tab(case, corner) for case, corner in zip(cases, corners, strict=True)))
-    fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, "flexsim:blueprint"))
+    by_name = [{each.key: each for each in parts} for parts in every]
+    names = list(dict.fromkeys(name for parts in by_name for name in parts))
+    if any(sum(name in parts for parts in by_name) > 1 for name in names):
+        return [[(i, p[name]) for i, p in enumerate(by_name) if name in p] for name in names]
+    most = max((len(parts) for parts in every), default=0)
+    return [[(i, parts[k]) for i, parts in enumerate(every) if k < len(parts)] for k in range(most)]
+
+
+def _together(every: Sequence[Beside]) -> list[rrb.Container | rrb.View]:
+    """Return a tab for each case and page, what every recording has of it side by side."""
+    tabs: list[rrb.Container | rrb.View] = []
+    for row in _paired([[Named(plan.name, plan) for plan in of.plans] for of in every]):
+        parts = [_tab(every[i], each.part, narrow=True) for i, each in row]
+        name = " | ".join(dict.fromkeys(each.key for _, each in row))
+        tabs.append(rrb.Horizontal(*(rrb.Tabs(part) for part in parts), name=name))
+    for row in _paired([[Named(page.title, page) for page in of.pages] for of in every]):
+        views = [_page(every[i], each.part) for i, each in row]
+        for view, (i, each) in zip(views, row, strict=True):
+            view.name = f"{every[i].title}: {each.key}"
+        name = " | ".join(dict.fromkeys(each.key for _, each in row))
+        tabs.append(rrb.Horizontal(*views, name=name))
+    return tabs
+
+
+def arranged(
+    root: rrb.Container, timeline: str = TIMELINE, playing: bool = True, name: str = "blueprint"
+) -> rrb.Blueprint:
+    """Return a blueprint of a root, panels folded, its ids the same each time."""
+    fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{name}"))
+    state: dict[str, Any] = {"loop_mode": "all", "play_state": "playing"} if playing else {}
     return rrb.Blueprint(
         root,
         rrb.TopPanel(state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, loop_mode="all", play_state="playing"),
+        rrb.TimePanel(state="collapsed", timeline=timeline, **state),
         auto_views=False,
     )
+
+
+def layout(
+    every: Sequence[Beside], more: Iterable[rrb.Container | rrb.View] = (), shown: str = ""
+) -> rrb.Blueprint:
+    """Return the blueprint of one recording, or of several side by side.
+
+    Args:
+        every: at least one. more: tabs after those of the cases. shown: name of the tab on top,
+            the first unless given.
+    """
+    full = [of for of in every if of.plans or of.pages]
+    tabs: list[rrb.Container | rrb.View] = []
+    if full:
+        tabs = _alone(full[0]) if len(full) == 1 else _together(full)
+    tabs += more
+    names = [tab.name for tab in tabs]
+    timeline = next((plan.timeline for of in full for plan in of.plans), TIMELINE)
+    root = rrb.Tabs(*tabs, active_tab=names.index(shown) if shown in names else 0)
+    return arranged(root, timeline, playing=timeline == TIMELINE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import uuid
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from flexsim.files.atomic import write_bytes
 from flexsim.files.cleanup import child
 
 APPLICATION = "flexsim"
+PLANS = "plans"  # the property that has what a recording's layout is made from
 # `python -m rerun_cli` would do, but ends with status 0 whatever happened
 RERUN_TOOL = (
     sys.executable,
@@ -78,13 +79,6 @@ def write_rrd(
     finally:
         stream.disconnect()
     write_bytes(path, content, "the recording")
-
-
-def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    escaped = ([cell.replace("|", "\\|") for cell in line] for line in lines)
-    return "\n".join("| " + " | ".join(line) + " |" for line in escaped)
 
 
 def log_text(stream: rr.RecordingStream, path: str, text: str) -> None:

@@ -3,7 +3,8 @@
     >>> write_recording(run / "run.rrd", cases, metadata, parameters)    # doctest: +SKIP
     >>> open_recording(run / "run.rrd", web=False)                       # doctest: +SKIP
 
-Columns are sent whole, after the run, on one timeline, `simulation_time`.
+Columns are sent whole, after the run, on one timeline, `simulation_time`: curves at the control
+rate, poses at 50 Hz.
 """
 
 from __future__ import annotations
@@ -16,26 +17,26 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 
-from flexsim.arm.parameters import Parameters, describe
+from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.loop.motion import Motion
+from flexsim.recording import texts
 from flexsim.recording.case import Case
-from flexsim.recording.layout import layout
+from flexsim.recording.curves import Columns, columns, panels, sent
+from flexsim.recording.drawn.arms import FRAME
+from flexsim.recording.drawn.map import Sheet, sheet_of
+from flexsim.recording.layout import OVERVIEW, Beside, layout
+from flexsim.recording.panels import Plan, plans_text
 from flexsim.recording.rerun_file import (
     APPLICATION,
+    PLANS,
     log_properties,
     log_text,
-    markdown_table,
     new_stream,
     write_rrd,
 )
-from flexsim.recording.scene import LIFT, colour, corners, log_scene, time_column
-from flexsim.recording.traces import ASSUMED_MODES, Trace, spoken, traces
-
-BROAD, THIN = 3.5, 1.3  # of a curve [points]; the chain's lies on the one it mostly coincides with
-EDGE = 0.7  # of a band's ends: width [points], brightness of their plant's colour
-SHADES = (1.0, 0.62, 0.4)  # of a plant's colour, for its first, second, ... curve in one plot
-DIFFERENCE_COLOURS = ((204, 121, 167), (0, 158, 115), (240, 228, 66))
+from flexsim.recording.scene import log_scene, nanoseconds, remarks, time_column
+from flexsim.recording.states import STATE_COLOURS, STATES, frames_of, joint_states
+from flexsim.recording.traces import TIMELINE, longest, spoken
 
 
 def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
@@ -50,80 +51,60 @@ def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
     return uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
 
 
-def _outcome(motion: Motion) -> str:
-    """Return in words how a motion ended."""
-    if motion.diverged is not None:
-        return f"**diverged at t = {motion.diverged:.3f} s**"
-    return f"ran to its end, t = {motion.time[-1]:.3f} s" if motion.time.size else "no samples"
-
-
-def _told(case: Case, plant: str) -> str:
-    """Return in words which run of a plant is shown, and how it ended."""
-    which = case.shown.get(plant)
-    return (f"{which}: " if which else "") + _outcome(case.motions[plant])
-
-
-def _notes(case: Case) -> str:
-    """Return what is to be known about a case, in markdown."""
-    head = ("case", case.name)
-    rows = [
-        ("trajectory", case.trajectory),
-        ("controllers", case.controllers),
-        ("setting", case.setting),
-        ("hardware", case.hardware),
-        *((spoken(plant), _told(case, plant)) for plant in case.motions),
+def plan_of(case: Case, sheet: Sheet, tables: Sequence[Columns]) -> Plan:
+    """Return what the views of a case show."""
+    whole = longest(case.motions)
+    marks = [
+        f"{'line' if not i else 'hollow'}: {spoken(plant)}" for i, plant in enumerate(case.motions)
     ]
-    return (
-        f"{markdown_table(head, rows)}\n\n"
-        f"The arm drawn with lines is lifted by {LIFT * 1000:.0f} mm, for display only. "
-        "The tip error is the distance to the reference at the same time; an arm that diverged "
-        "stays where it was last. Thin lines beside a plant's error and v are the least and the "
-        "largest of all its runs."
+    title = " · ".join(["from above, grid 0.1 m", *marks, "dashed: reference"])
+    return Plan(
+        case.name,
+        float(whole.time[-1]) if whole.time.size else 0.0,
+        title,
+        sheet.bounds,
+        panels(case, tables),
+        has_states(case),
     )
 
 
-def _robot(parameters: Parameters) -> str:
-    """Return the robot's parameters, in markdown."""
-    rows = [
-        (
-            row["name"],
-            f"{row['value']:g} {row['unit']}".removesuffix(" -"),
-            row["meaning"] + (" (*assumed*)" if row["assumed"] else ""),
-            row["source"],
-        )
-        for row in describe(parameters)
-    ]
-    note = "A case's setting may put other motor inertias in place of these."
-    return f"# Robot\n\n{markdown_table(('', 'value', 'meaning', 'source'), rows)}\n\n{note}"
+def has_states(case: Case) -> bool:
+    """Return whether a case has a dead zone, so that its joints have states."""
+    return case.friction is not None and case.friction.law != "none"
 
 
-def _curve_colours(trace: Trace) -> list[tuple[int, int, int]]:
-    """Return one colour per curve: the plant's, darker for each next curve."""
-    owner = trace.path.rsplit("/", 1)[-1]
-    if trace.path.startswith("difference/"):
-        return [DIFFERENCE_COLOURS[i % 3] for i in range(len(trace.names))]
-    red, green, blue = colour(owner)
-    if "/band/" in trace.path:
-        return [(int(red * EDGE), int(green * EDGE), int(blue * EDGE))] * len(trace.names)
-    shades = [SHADES[i % len(SHADES)] for i in range(len(trace.names))]
-    return [(int(red * s), int(green * s), int(blue * s)) for s in shades]
+def log_columns(stream: rr.RecordingStream, root: str, table: Columns) -> None:
+    """Record curves below a path, 32-bit numbers, in one chunk."""
+    stream.send_columns(f"{root}/{table.entity}", [time_column(table.time)], sent(table))
 
 
-def _log_trace(stream: rr.RecordingStream, case: Case, trace: Trace) -> None:
-    """Record the curves of one trace and their style."""
-    path = f"{case.name}/{trace.path}"
-    colours, count = _curve_colours(trace), len(trace.names)
-    width = BROAD if trace.path.endswith(f"/{ASSUMED_MODES}") else THIN
-    width = EDGE if "/band/" in trace.path else width
-    style = rr.SeriesLines(colors=colours, names=list(trace.names), widths=[width] * count)
-    stream.log(path, style, static=True)
-    columns = rr.Scalars.columns(scalars=trace.values.ravel())
-    counts = np.full(trace.time.size, trace.values.shape[1])
-    stream.send_columns(path, [time_column(trace.time)], columns.partition(counts))
+def _log_states(stream: rr.RecordingStream, case: Case) -> None:
+    """Record when each joint is driven, in the dead zone, at rest."""
+    if case.friction is None or not has_states(case):
+        return
+    style = rr.StateConfiguration(values=STATES, labels=STATES, colors=STATE_COLOURS)
+    for plant, motion in case.motions.items():
+        if motion.time.size < 2:
+            continue
+        found = joint_states(case.friction, motion)
+        every = max(1, round(FRAME / float(motion.time[1] - motion.time[0])))
+        for j in (0, 1):
+            at, states = frames_of(found[:, j], every)
+            path = f"{case.name}/states/joint_{j + 1}/{plant}"
+            stream.log(path, style, static=True)
+            times = rr.TimeColumn(TIMELINE, duration=nanoseconds(motion.time[at]))
+            names = [STATES[i] for i in states]
+            stream.send_columns(path, [times], rr.StateChange.columns(state=names))
 
 
-def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) -> None:
-    """Record one case: properties, notes, arms and curves."""
+def log_case(
+    stream: rr.RecordingStream,
+    case: Case,
+    parameters: Parameters,
+    sheet: Sheet,
+    tables: Sequence[Columns],
+) -> None:
+    """Record one case: properties, notes, arms, curves and states."""
     about = {
         "trajectory": case.trajectory,
         "controllers": case.controllers,
@@ -134,25 +115,11 @@ def _log_case(stream: rr.RecordingStream, case: Case, parameters: Parameters) ->
         if motion.diverged is not None:
             about[f"diverged_{plant}"] = f"{motion.diverged:.6g} s"
     log_properties(stream, case.name, about)
-    log_text(stream, f"{case.name}/notes", _notes(case))
-    log_scene(stream, case, parameters)
-    for trace in traces(case.motions, case.bands):
-        _log_trace(stream, case, trace)
-
-
-def _log(
-    stream: rr.RecordingStream,
-    cases: Sequence[Case],
-    metadata: Mapping[str, str],
-    parameters: Parameters,
-) -> None:
-    """Record all that there is."""
-    stream.send_recording_name(APPLICATION)
-    log_properties(stream, "run", metadata)
-    log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(metadata.items()))}")
-    log_text(stream, "parameters", _robot(parameters))
-    for case in cases:
-        _log_case(stream, case, parameters)
+    log_text(stream, f"{case.name}/notes", texts.notes(case, remarks(case, sheet)))
+    log_scene(stream, case, parameters, sheet)
+    for table in tables:
+        log_columns(stream, case.name, table)
+    _log_states(stream, case)
 
 
 def write_recording(
@@ -174,6 +141,19 @@ def write_recording(
     names = [case.name for case in cases]
     if not names or len(set(names)) < len(names):
         raise ParameterError(f"cases are named {names}; give one or more, each with its own name")
+    sheets = [sheet_of(case, parameters) for case in cases]
+    curves = [columns(case) for case in cases]
+    plans = [plan_of(*each) for each in zip(cases, sheets, curves, strict=True)]
+
+    def log(stream: rr.RecordingStream) -> None:
+        stream.send_recording_name(APPLICATION)
+        log_properties(stream, "run", metadata)
+        log_properties(stream, PLANS, {"json": plans_text(plans)})
+        log_text(stream, "run", texts.run(metadata))
+        log_text(stream, "parameters", texts.robot(parameters))
+        log_text(stream, OVERVIEW, texts.overview(cases))
+        for case, sheet, tables in zip(cases, sheets, curves, strict=True):
+            log_case(stream, case, parameters, sheet, tables)
+
     stream = new_stream(APPLICATION, _identity(cases, metadata))
-    arrangement = layout(cases, [corners(case, parameters) for case in cases])
-    write_rrd(path, stream, arrangement, lambda to: _log(to, cases, metadata, parameters))
+    write_rrd(path, stream, layout([Beside("", plans)]), log)

@@ -1,8 +1,6 @@
 """The convergence of a tuning run as a small recording, on a timeline that counts generations.
 
 >>> write_convergence(run / "convergence.rrd", "index (5)", curves, metadata)  # doctest: +SKIP
-
-Beside `recording`, `scene` and `blueprint`, the only module that knows rerun.
 """
 
 from __future__ import annotations
@@ -10,81 +8,98 @@ from __future__ import annotations
 import hashlib
 import uuid
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
+from flexsim.recording import texts
+from flexsim.recording.colours import Colour
+from flexsim.recording.curves import CURVES, Columns
+from flexsim.recording.layout import Beside, layout
+from flexsim.recording.panels import Panel, Plan, Series, plans_text, rounded
 from flexsim.recording.rerun_file import (
     APPLICATION,
-    fix_ids,
+    PLANS,
     log_properties,
     log_text,
-    markdown_table,
     new_stream,
     write_rrd,
 )
 
 TIMELINE = "generation"
-CURVES = {  # entity: (name in the legend, colour)
-    "index/best": ("best", (0, 114, 178)),
-    "index/median": ("median", (230, 159, 0)),
-    "log10_index/best": ("best", (0, 114, 178)),
-    "log10_index/median": ("median", (230, 159, 0)),
-    "stable_share": ("stable share", (0, 158, 115)),
-}
+NAME = "convergence"  # of the recording's one case
 WIDTH = 2.0  # [points]
+BEST: Colour = (86, 180, 233)
+MEDIAN: Colour = (230, 159, 0)
+STABLE: Colour = (0, 158, 115)
 
 
-def _layout(title: str) -> rrb.Blueprint:
-    """Return three plots over generations, and what is known about the run."""
-    views = {
-        "log10_index": f"log10 of {title}",
-        "index": title,
-        "stable_share": "share of the population that holds",
-    }
-    plots = [rrb.TimeSeriesView(origin=f"/{path}", name=name) for path, name in views.items()]
-    notes = rrb.TextDocumentView(origin="/run", name="run")
-    root = rrb.Horizontal(rrb.Vertical(*plots), notes, column_shares=[7, 3])
-    fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, "flexsim:convergence"))
-    return rrb.Blueprint(
-        root,
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
-        auto_views=False,
+@dataclass(frozen=True)
+class Course:
+    """The course of a tuning: indices of every generation, inf where diverged; stable shares.
+
+    Attributes:
+        title: what the index is, with its unit. best, median, stable_share: (G,).
+    """
+
+    title: str
+    best: Array
+    median: Array
+    stable_share: Array
+
+    @property
+    def curves(self) -> dict[str, dict[str, Array]]:
+        """Values (G,) by entity and field, not finite where diverged."""
+        with np.errstate(divide="ignore"):
+            return {
+                "best": {"index": self.best, "log10_index": np.log10(self.best)},
+                "median": {"index": self.median, "log10_index": np.log10(self.median)},
+                "stable": {"share": self.stable_share},
+            }
+
+
+def plan_of(course: Course) -> Plan:
+    """Return what is shown of a tuning: three plots over generations, and what explains it."""
+
+    def panel(title: str, field: str, *names: tuple[str, str, Colour]) -> Panel:
+        series = [Series(entity, CURVES, field, said, rgb, WIDTH) for entity, said, rgb in names]
+        values = np.concatenate([course.curves[entity][field] for entity, _, _ in names])
+        return Panel("course", title, *rounded(values), tuple(series))
+
+    key = " · best (blue) · median (orange)"
+    both = (("best", "best", BEST), ("median", "median", MEDIAN))
+    stable = ("stable", "stable share", STABLE)
+    plots = (
+        panel(f"log10 of {course.title}{key}", "log10_index", *both),
+        panel(f"{course.title}{key}", "index", *both),
+        panel("share of the population that holds", "share", stable),
     )
+    end, nowhere = float(len(course.best)), (0.0, 1.0, 0.0, 1.0)
+    about = (("run", "run"),)
+    return Plan(NAME, end, course.title, nowhere, plots, False, False, False, about, TIMELINE)
 
 
-def _identity(curves: Mapping[str, Array], metadata: Mapping[str, str]) -> uuid.UUID:
+def _identity(course: Course, metadata: Mapping[str, str]) -> uuid.UUID:
     """Return an id that only equal contents share."""
     digest = hashlib.sha256(repr(sorted(metadata.items())).encode())
-    for path, values in curves.items():
-        digest.update(path.encode() + np.ascontiguousarray(values).tobytes())
+    for values in (course.best, course.median, course.stable_share):
+        digest.update(np.ascontiguousarray(values).tobytes())
     return uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
 
 
-def _log_curve(stream: rr.RecordingStream, path: str, values: Array) -> None:
-    """Record one curve where it is finite: a diverged best or median has no place on an axis."""
-    name, colour = CURVES[path]
-    style = rr.SeriesLines(colors=[colour], names=[name], widths=[WIDTH])
-    stream.log(path, style, static=True)
-    shown = np.flatnonzero(np.isfinite(values))
-    if shown.size:
-        times = rr.TimeColumn(TIMELINE, sequence=shown)
-        stream.send_columns(path, [times], rr.Scalars.columns(scalars=values[shown]))
-
-
-def _log(stream: rr.RecordingStream, curves: Mapping[str, Array], about: Mapping[str, str]) -> None:
-    """Record all that there is."""
-    stream.send_recording_name(f"{APPLICATION} tune")
-    log_properties(stream, "run", about)
-    log_text(stream, "run", f"# Run\n\n{markdown_table(('', ''), list(about.items()))}")
-    for name, values in curves.items():
-        _log_curve(stream, name, values)
+def log_course(stream: rr.RecordingStream, course: Course) -> None:
+    """Record the curves where they are finite: what diverged has no place on an axis."""
+    for entity, fields in course.curves.items():
+        shown = np.flatnonzero(np.isfinite(next(iter(fields.values()))))
+        if shown.size:
+            values = {CURVES: {name: each[shown] for name, each in fields.items()}}
+            times = rr.TimeColumn(TIMELINE, sequence=shown)
+            table = Columns(entity, shown.astype(float), values)
+            stream.send_columns(f"{NAME}/{entity}", [times], sent(table))
 
 
 def write_convergence(
@@ -110,9 +125,15 @@ def write_convergence(
     """
     if not len(best):
         raise ParameterError("there is no generation to record")
-    with np.errstate(divide="ignore"):
-        logs = np.log10(best), np.log10(median)
-    columns = (best, median, *logs, stable_share)
-    curves = {name: np.asarray(v, float) for name, v in zip(CURVES, columns, strict=True)}
-    stream = new_stream(APPLICATION, _identity(curves, metadata))
-    write_rrd(path, stream, _layout(title), lambda to: _log(to, curves, metadata))
+    course = Course(title, *(np.asarray(each, float) for each in (best, median, stable_share)))
+    plans = [plan_of(course)]
+
+    def log(stream: rr.RecordingStream) -> None:
+        stream.send_recording_name(f"{APPLICATION} tune")
+        log_properties(stream, "run", metadata)
+        log_properties(stream, PLANS, {"json": plans_text(plans)})
+        log_text(stream, "run", texts.run(metadata))
+        log_course(stream, course)
+
+    stream = new_stream(APPLICATION, _identity(course, metadata))
+    write_rrd(path, stream, layout([Beside("", plans)]), log)

@@ -205,6 +205,8 @@ def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: Compare
         task.hardware.words(),
         bands={name: each.band for name, each in by_name.items() if each.band is not None},
         shown={name: each.shown_words for name, each in by_name.items()},
+        friction=setting(task.setting).friction,
+        merit={name: report.merit(each.found) for name, each in by_name.items()},
     )
 
 

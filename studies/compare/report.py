@@ -18,6 +18,7 @@ from studies.compare.tasks import OF_IDEAL, OURS, TABLE, TRUE_TIP
 from studies.core.evidence.check_sample import SAME
 from studies.core.evidence.digits import percent, supported, with_interval
 from studies.core.evidence.holding_table import holding_table, said
+from studies.core.evidence.repeats import Medians
 from studies.core.folder import origin, versions
 from studies.core.table import Column, Table
 
@@ -59,6 +60,24 @@ def _envelope(row: CompareRow) -> str:
 def _envelope_of(row: TrueTipRow) -> str:
     """Return the same of a reference."""
     return with_interval(row.envelope, row.envelope_low, row.envelope_high, scale=MM)
+
+
+def merit(found: Medians) -> dict[str, str]:
+    """Return a plant's figures of merit in words: medians with their 95 % intervals."""
+    wanted = (
+        ("envelope", "envelope [mm]", MM),
+        ("rms_error", "rms error [mm]", MM),
+        ("max_v", "max \\|v\\| [mm]", MM),
+        ("residual_v", "residual v [mm]", MM),
+        ("rms_torque_1", "rms torque 1 [N m]", 1.0),
+        ("rms_torque_2", "rms torque 2 [N m]", 1.0),
+    )
+    words = {
+        title: with_interval(getattr(found, name), *found.interval(name), scale=scale)
+        for name, title, scale in wanted
+    }
+    lost = f"{round(found.runs * found.diverged_share)} of {found.runs}"
+    return {**words, "runs that diverged": lost}
 
 
 def _ratio(row: CompareRow) -> str:

@@ -17,7 +17,7 @@ import rerun.blueprint as rrb
 from flexsim.arm.beam import mode_shapes
 from flexsim.arm.parameters import Parameters
 from flexsim.numerics.types import Array
-from flexsim.recording.scene import colour
+from flexsim.recording.colours import colour
 from studies.watch.save import Save
 
 Colour = tuple[int, int, int]

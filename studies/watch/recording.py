@@ -21,35 +21,38 @@ import rerun.blueprint as rrb
 from flexsim.errors import RunError
 from flexsim.files.atomic import require_replaceable
 from flexsim.recording.case import Case
-from flexsim.recording.layout import _plot, _scene
-from flexsim.recording.rerun_file import (
-    APPLICATION,
-    fix_ids,
-    log_text,
-    new_stream,
-    strict,
-    write_rrd,
+from flexsim.recording.colours import colour, dimmed
+from flexsim.recording.curves import (
+    CURVES,
+    DIM,
+    QUANTITIES,
+    THIN,
+    Columns,
+    Quantity,
+    columns,
+    difference_panel,
+    panel_of,
 )
-from flexsim.recording.rrd import _log_trace
-from flexsim.recording.scene import corners, log_scene
-from flexsim.recording.traces import CHAIN, MM, TIMELINE, Trace, traces
+from flexsim.recording.drawn.map import sheet_of
+from flexsim.recording.layout import Beside, arranged, plot, space_view, top_view
+from flexsim.recording.panels import Panel, Plan, Series
+from flexsim.recording.rerun_file import APPLICATION, log_text, new_stream, strict, write_rrd
+from flexsim.recording.rrd import log_columns, plan_of
+from flexsim.recording.scene import log_scene
+from flexsim.recording.traces import CHAIN, MM
+from flexsim.recording.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
 from studies.core.options import DIFFERENCES
 from studies.core.table import Table
 from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
 from studies.watch.report import BEAM, COLUMNS, frequency_rows, tip_line
 from studies.watch.save import Save
-from studies.watch.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
 
 SAVES = "save"  # the timeline of the history
 ROOT = "arm"  # of the entities of the case
-MICRO = 1e6  # [um/m]
-PANELS = {
-    "v": "tip deflection v [mm]",
-    "difference/tip": "tip, chain minus assumed modes [um]",
-    "joint": "joint angles [rad] · 1 bright, 2 dark",
-    "energy": "kinetic + elastic energy [J]",
-}
-SCENE_TITLE = "open loop from rest · orange: assumed modes · blue: chain · grid 0.1 m"
+HERE = Beside("")
+ANGLES = tuple(Quantity(f"theta_{j}_rad", f"angle of joint {j} [rad]") for j in (1, 2))
+BEFORE = "before"  # the entity of the chain's v of the save before
+SCENE_TITLE = "open loop from rest, from above · line: assumed modes · hollow: chain"
 SHAPES_TITLE = "mode shapes · blue: chain · grey: paper's beam"
 HISTORY_TITLE = "clamped frequencies over saves"
 HISTORY_PLOT_TITLE = "on the timeline `save` [Hz]"
@@ -82,31 +85,59 @@ def case_of(save: Save) -> Case:
     return Case(ROOT, "open loop", "trial torques", "none", save.motions, save.chain.model)
 
 
-def layout(save: Save | None) -> rrb.Blueprint:
-    """Return the arrangement; without a save there is only text."""
+def plan(saves: Sequence[Save]) -> Plan:
+    """Return what the views of the last save show."""
+    save, before = saves[-1], saves[-2] if len(saves) > 1 else None
+    case = case_of(save)
+    tables = columns(case)
+    by_entity = {table.entity: table for table in tables}
+    deflection = next(each for each in QUANTITIES if each.field == "v_mm")
+    energy = next(each for each in QUANTITIES if each.field == "energy_J")
+    apart = next(each for each in QUANTITIES if each.field == "tip_error_mm")
+    found = [panel_of(case, by_entity, each) for each in (deflection, *ANGLES, energy)]
+    found.insert(1, difference_panel(case, by_entity, apart))
+    if before is not None and found[0] is not None:
+        found[0] = _with_before(found[0], before)
+    whole = plan_of(case, sheet_of(case, save.robot.parameters), tables)
+    return replace(whole, title=SCENE_TITLE, panels=tuple(each for each in found if each))
+
+
+def _with_before(panel: Panel, before: Save) -> Panel:
+    """Return the plot of v with the chain's of the save before."""
+    said = f"chain, save {before.number}"
+    old = Series(BEFORE, CURVES, "v_mm", said, dimmed(colour(CHAIN), DIM), THIN)
+    title = f"{panel.title} · dark: {said}"
+    values = [panel.low, panel.high, *(MM * before.motions[CHAIN].v)]
+    low, high = min(values), max(values)
+    return replace(panel, title=title, low=low, high=high, series=(*panel.series, old))
+
+
+def layout(saves: Sequence[Save]) -> rrb.Blueprint:
+    """Return the arrangement of the last of some saves; without one there is only text."""
     text = rrb.TextDocumentView(origin="/frequencies", name="frequencies")
     root: rrb.Container = rrb.Vertical(text)
-    if save is not None:
-        case = case_of(save)
-        scene = _scene(case, corners(case, save.robot.parameters))
-        scene.name = SCENE_TITLE
+    if saves:
+        shown = plan(saves)
+        scene = rrb.Tabs(top_view(HERE, shown), space_view(HERE, shown))
         texts = rrb.Tabs(text, rrb.TextDocumentView(origin="/differences", name="differences"))
-        plots = [_plot(case, panel, title) for panel, title in PANELS.items()]
+        plots = [plot(HERE, shown, panel) for panel in shown.panels]
         shapes = rrb.Spatial2DView(origin="/mode_shapes", name=SHAPES_TITLE, visual_bounds=BOUNDS)
         drawn = rrb.Spatial2DView(origin="/history", name=HISTORY_TITLE, visual_bounds=BOUNDS)
         plotted = rrb.TimeSeriesView(origin="/history_hz", name=HISTORY_PLOT_TITLE)
         right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), grid_columns=2)
         left = rrb.Vertical(scene, texts, row_shares=[6, 4])
         root = rrb.Horizontal(left, right, column_shares=[44, 56])
-    fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, "flexsim:watch"))
-    return rrb.Blueprint(
-        root,
-        rrb.TopPanel(state="collapsed"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, loop_mode="all", play_state="playing"),
-        auto_views=False,
-    )
+    return arranged(root, name="watch")
+
+
+def fits(before: Plan, now: Plan) -> bool:
+    """Return whether new curves lie within the ranges of an arrangement."""
+    ranges = {panel.title.partition(" · ")[0]: (panel.low, panel.high) for panel in before.panels}
+    for panel in now.panels:
+        low, high = ranges.get(panel.title.partition(" · ")[0], (0.0, 0.0))
+        if panel.low < low or panel.high > high:
+            return False
+    return True
 
 
 def stream_of_its_own() -> rr.RecordingStream:
@@ -128,15 +159,13 @@ def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | No
     log_chart(stream, "mode_shapes", *shape_rows(save))
     log_chart(stream, "history", *history_rows(saves))
     _log_history(stream, saves)
-    for trace in traces(case.motions):
-        if trace.path == "difference/tip":
-            trace = replace(trace, values=trace.values / MM * MICRO)
-        _log_trace(stream, case, trace)
+    for table in columns(case):
+        log_columns(stream, case.name, table)
     if len(saves) > 1:
-        before = saves[-2].motions[CHAIN]
-        names = (f"chain, save {saves[-2].number}",)
-        _log_trace(stream, case, Trace("v/before", names, before.time, MM * before.v[:, None]))
-    log_scene(stream, case, save.robot.parameters)
+        old = saves[-2].motions[CHAIN]
+        log_columns(stream, case.name, Columns(BEFORE, old.time, {CURVES: {"v_mm": MM * old.v}}))
+    parameters = save.robot.parameters
+    log_scene(stream, case, parameters, sheet_of(case, parameters))
 
 
 def log_texts(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
@@ -171,7 +200,7 @@ class RecordingFile:
         Raises:
             ModelError: a geom cannot be drawn. RunError: the file cannot be written.
         """
-        arrangement = layout(saves[-1] if saves else None)
+        arrangement = layout(saves)
         write_rrd(
             self.path, stream_of_its_own(), arrangement, lambda to: log_saves(to, saves, error)
         )
@@ -184,7 +213,7 @@ class Viewer:
         require_viewer(url)
         self.url = url
         self.stream: rr.RecordingStream | None = None
-        self.arranged = False  # once: then the arrangement is the user's
+        self.plan: Plan | None = None  # arranged once; then, as long as it fits, it is the user's
 
     @classmethod
     def running_or_new(cls) -> Viewer:
@@ -222,8 +251,8 @@ class Viewer:
             self.stream.disconnect()
         self.stream = stream_of_its_own()
         self.stream.connect_grpc(self.url)
-        self.stream.send_blueprint(
-            layout(saves[-1] if saves else None), make_active=not self.arranged
-        )
-        self.arranged = self.arranged or bool(saves)
+        now = plan(saves) if saves else None
+        anew = self.plan is None or (now is not None and not fits(self.plan, now))
+        self.stream.send_blueprint(layout(saves), make_active=anew)
+        self.plan = now if anew else self.plan
         log_saves(self.stream, saves, error)

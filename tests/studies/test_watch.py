@@ -26,15 +26,15 @@ from flexsim import ModelError, RunError, load_chain
 from flexsim.mjcf import differences as mjcf_differences
 from flexsim.mjcf.designed import designed_chain
 from flexsim.mjcf.reading.names import Names
+from flexsim.recording import viewer as watch_viewer
+from flexsim.recording.viewer import answers
 from studies.main import main
 from studies.watch import recording as watch_recording
-from studies.watch import viewer as watch_viewer
 from studies.watch import watch as watch_module
 from studies.watch.files import POLL, snapshot_of
 from studies.watch.recording import RecordingFile, changes_of, text_of
 from studies.watch.report import change, show_save
 from studies.watch.save import Save, answered
-from studies.watch.viewer import answers
 from studies.watch.watch import Watch, WatchConfig
 
 SOFT = EDITS["soft hinge"]

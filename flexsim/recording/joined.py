@@ -1,0 +1,141 @@
+"""Several recordings in one file, each below a root of its own, on one timeline.
+
+>>> parts = [Part("one", "runs/one", path, pages), Part("two", "runs/two", other)]
+>>> write_joined(Path("both.rrd"), parts)                    # doctest: +SKIP
+
+What a recording's layout is made from lies in it, so that it can be laid out beside others.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import rerun as rr
+from rerun.chunk import Chunk, RrdReader
+
+from flexsim.errors import RunError
+from flexsim.recording.layout import OVERVIEW, Beside, layout
+from flexsim.recording.panels import Page, Plan, plans_from
+from flexsim.recording.rerun_file import APPLICATION, PLANS, log_text, new_stream, write_rrd
+
+PROPERTIES = "/__properties"
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """A page and what it shows: markdown, or the bytes of a PNG file."""
+
+    page: Page
+    content: str | bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One recording among several.
+
+    Attributes:
+        root: path of its entities; '' for none. title: as headings name it.
+        recording: an `.rrd` of ours; None if there are only pages. contents: pages beside it.
+    """
+
+    root: str
+    title: str
+    recording: Path | None = None
+    contents: Sequence[Content] = ()
+
+
+def chunks_of(path: Path) -> list[Chunk]:
+    """Return all that a recording holds, its blueprint left out.
+
+    Raises:
+        RunError: it is no recording.
+    """
+    try:
+        return list(RrdReader(path).store().stream().to_chunks())
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise RunError(f"{path}: cannot read the recording: {reason}") from None
+
+
+def plans_of(path: Path, chunks: Sequence[Chunk]) -> tuple[Plan, ...]:
+    """Return what a recording of ours shows.
+
+    Raises:
+        RunError: it is none, or was made by another version.
+    """
+    for chunk in chunks:
+        if chunk.entity_path == f"{PROPERTIES}/{PLANS}":
+            batch = chunk.to_record_batch()
+            name = next((each for each in batch.schema.names if each.endswith("json")), None)
+            if name is not None and batch.num_rows:
+                return plans_from(batch.column(name)[0].as_py()[0])
+    raise RunError(
+        f"{path} does not say what it shows, as recordings of this version do; run its study anew, "
+        "or open it alone"
+    )
+
+
+def _moved(chunks: Sequence[Chunk], root: str) -> Iterator[Chunk]:
+    """Give chunks below a root, what rerun itself keeps left out."""
+    for chunk in chunks:
+        if not chunk.entity_path.startswith(PROPERTIES):
+            yield chunk.with_entity_path(
+                f"/{root}{chunk.entity_path}" if root else chunk.entity_path
+            )
+
+
+def _log_page(stream: rr.RecordingStream, path: str, content: str | bytes) -> None:
+    """Record a page."""
+    if isinstance(content, str):
+        log_text(stream, path, content)
+    else:
+        image = rr.EncodedImage(contents=content, media_type="image/png")
+        stream.log(path, image, static=True)
+
+
+def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
+    """Write recordings and pages as one recording, side by side where there are several.
+
+    Args:
+        path: the `.rrd` to write. parts: at least one.
+        shown: the tab on top, the first unless given.
+
+    Raises:
+        RunError: a part is no recording of ours, or the file cannot be written.
+    """
+    found = [(part, chunks_of(part.recording) if part.recording else []) for part in parts]
+    every = [
+        Beside(
+            part.root,
+            plans_of(part.recording, chunks) if part.recording else (),
+            part.title,
+            [each.page for each in part.contents],
+        )
+        for part, chunks in found
+    ]
+    digest = hashlib.sha256(repr([(of.root, of.title, of.plans) for of in every]).encode())
+    for _, chunks in found:
+        digest.update("".join(chunk.id for chunk in chunks).encode())
+
+    def log(stream: rr.RecordingStream) -> None:
+        stream.send_recording_name(" | ".join(part.title for part in parts))
+        for part, chunks in found:
+            if chunks:
+                rr.send_chunks(list(_moved(chunks, part.root)), recording=stream)
+            for each in part.contents:
+                entity = f"{part.root}/{each.page.entity}" if part.root else each.page.entity
+                _log_page(stream, entity, each.content)
+
+    identity = uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
+    stream = new_stream(APPLICATION, identity)
+    write_rrd(path, stream, layout(every, shown=shown), log)
+
+
+def tabs_of(plans: Sequence[Plan]) -> list[str]:
+    """Return the names of the tabs of one recording."""
+    overview = [OVERVIEW] if len(plans) > 1 and all(plan.scene for plan in plans) else []
+    return [*overview, *(plan.name for plan in plans)]
