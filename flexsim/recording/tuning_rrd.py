@@ -18,7 +18,7 @@ from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 from flexsim.recording import texts
 from flexsim.recording.colours import Colour
-from flexsim.recording.curves import CURVES, Columns
+from flexsim.recording.curves import CURVES, Columns, sent
 from flexsim.recording.layout import Beside, layout
 from flexsim.recording.panels import Panel, Plan, Series, plans_text, rounded
 from flexsim.recording.rerun_file import (
