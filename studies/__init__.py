@@ -17,5 +17,5 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "tools"),
-    *("commands", "main"),
+    *("commands", "shell", "main"),
 )

@@ -91,17 +91,19 @@ def _carried_out(name: str, words: list[str], ends: bool) -> int:
 
 def _status(name: str, words: list[str]) -> int:
     """Return the status of a command that raises nothing."""
-    module_name, class_name, _ = COMMANDS[name]
-    module = importlib.import_module(f"studies.{module_name}")
-    config = _configuration(getattr(module, class_name), name, words)
-    if config is not None:
-        module.command(config)
-        sys.stdout.flush()  # here, where a closed pipe is no error
+    command = COMMANDS[name]
+    module = importlib.import_module(f"studies.{command.module}")
+    if set(words) & {"-h", "--help"}:
+        from studies.shell.help import help_of
+
+        return _printed(help_of(name))
+    module.command(_configuration(getattr(module, command.config), name, words))
+    sys.stdout.flush()  # here, where a closed pipe is no error
     return 0
 
 
 def _configuration(of: type, name: str, words: list[str]) -> Any:
-    """Return the configuration that the words of a command give, None if they ask for help.
+    """Return the configuration that the words of a command give.
 
     Raises:
         ParameterError: they cannot be understood.
@@ -117,9 +119,7 @@ def _configuration(of: type, name: str, words: list[str]) -> Any:
     try:
         with contextlib.redirect_stderr(complaint):
             return tyro.cli(of, args=words, prog=f"flexsim {name}")
-    except SystemExit as stop:
-        if not stop.code:
-            return None
+    except SystemExit:
         said = unboxed(complaint.getvalue())
     raise ParameterError(f"{name}: {said}; see flexsim {name} --help")
 

@@ -21,6 +21,9 @@ from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
 from studies.core.options import HardwareOptions, RobotOptions
 
+SIZES_PANEL = "Sizes, steps, repeats"  # headings of options in help
+RUNNING_PANEL = "How it runs"
+OUTPUT_PANEL = "Output"
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
 NAMES = ("plants", "settings", "controllers")  # lists that name each once
 
@@ -47,6 +50,7 @@ class StudyOptions(HardwareOptions, RobotOptions):
     `QUICK` has the most that a quick run takes of an option: of a number, or of a list's items.
     """
 
+    PANEL: ClassVar = OUTPUT_PANEL
     QUICK: ClassVar[Mapping[str, int]] = {}
 
     out: Out
@@ -85,6 +89,8 @@ def _cut(content: Any, most: int) -> Any:
 class SeedOptions:
     """What is random follows from one number."""
 
+    PANEL: ClassVar = RUNNING_PANEL
+
     seed: int = 1
     """Seed of everything random; searches and repeats count up from it."""
 
@@ -92,6 +98,8 @@ class SeedOptions:
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
     """Sizes of the two plants."""
+
+    PANEL: ClassVar = SIZES_PANEL
 
     modes: int = MODES
     """Assumed modes, n."""
@@ -102,6 +110,8 @@ class ModelOptions:
 @dataclass(frozen=True, kw_only=True)
 class ThreadOptions:
     """How many work at once."""
+
+    PANEL: ClassVar = RUNNING_PANEL
 
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""

@@ -1,0 +1,6 @@
+"""Completion."""
+from dataclasses import dataclass
+@dataclass(frozen=True)
+class CompletionConfig:
+    """Completion."""
+def command(config): ...
