@@ -51,7 +51,7 @@ def _row(option: Option) -> tuple[str, str]:
     """Return how an option is given, and what is said of it."""
     flags = option.flags
     if flags and not option.value and not option.on:
-        flags = tuple(each for each in flags if not _undoes(each))
+        flags = tuple(each for each in flags if not undoes(each))
     invocation = f"{', '.join(flags)} {option.value}".strip() if flags else _place(option)
     unit = f"[{option.unit}] " if option.unit else ""
     default = f" (default: {flags[0] if option.on else option.default})"
@@ -62,7 +62,7 @@ def _row(option: Option) -> tuple[str, str]:
     return invocation, f"{unit}{option.text} {default[1:].replace(' ', KEPT)}".strip()
 
 
-def _undoes(flag: str) -> bool:
+def undoes(flag: str) -> bool:
     """Return whether a flag is a switch's second, which undoes it."""
     return flag.rpartition(".")[2].removeprefix("--").startswith("no-")
 
