@@ -18,7 +18,7 @@ LOOKING = "Look, and set up"
 
 
 class Command(NamedTuple):
-    """A command: module in `studies`, class of its configuration, what it does, group of the help."""
+    """A command: module in `studies`, class of its configuration, what it does, group of help."""
 
     module: str
     config: str
@@ -48,7 +48,7 @@ COMMANDS = {  # by name, groups together
     "ladder": Command(
         "ladder.ladder",
         "LadderConfig",
-        "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
+        "error against cost: rigid, modes, chains, rod; integrators",
         COMPARING,
     ),
     "converge": Command(
@@ -96,7 +96,7 @@ COMMANDS = {  # by name, groups together
     "filter": Command(
         "tools.filter",
         "FilterConfig",
-        "coefficients and response of an operator or a controller; C, MATLAB",
+        "coefficients and response of an operator or a controller",
         CONTROLLING,
     ),
     "stability": Command(

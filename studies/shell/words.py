@@ -56,7 +56,8 @@ def words_of_all() -> list[Words]:
 
 
 def _words(command: str) -> Words:
-    flags, places = [], []
+    flags: list[Flag] = []
+    places: list[Flag] = []
     for option in parsed(command).options:
         names = tuple(each for each in option.flags if option.on or not undoes(each))
         most = 0 if not option.value else MANY if math.isinf(option.most) else int(option.most)
