@@ -20,12 +20,11 @@ from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
+from studies import headings
 from studies.core.console import console
 from studies.core.table import Column, Table
 from studies.core.text import spelled
 
-ROBOT_PANEL = "Robot"  # headings of options in help
-HARDWARE_PANEL = "Sensors, computer, motors"
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
 ROWS_SHOWN = 16
@@ -36,7 +35,7 @@ DIFFERENCES = tuple(map(Column, Difference._fields))
 class NameOptions:
     """What the robot's file calls the parts of the arm, where it has names of its own."""
 
-    PANEL: ClassVar = ROBOT_PANEL
+    PANEL: ClassVar = headings.ROBOT
 
     joint1: str | None = None
     """With --mjcf, the file's own name of joint 1, if it has another."""
@@ -62,7 +61,7 @@ class NameOptions:
 class OwnRobotOptions(NameOptions):
     """The robot by its numbers, or the names in its file."""
 
-    PANEL: ClassVar = ROBOT_PANEL
+    PANEL: ClassVar = headings.ROBOT
 
     robot: Parameters = field(default_factory=Parameters)
     """The robot, in every model of it, unless --mjcf gives a file."""
@@ -75,7 +74,7 @@ class OwnRobotOptions(NameOptions):
 class RobotOptions(OwnRobotOptions):
     """Which robot a command is about."""
 
-    PANEL: ClassVar = ROBOT_PANEL
+    PANEL: ClassVar = headings.ROBOT
 
     mjcf: Path | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
@@ -120,7 +119,7 @@ class RobotOptions(OwnRobotOptions):
 class HardwareNumberOptions:
     """Numbers of sensors, computer and motors in place of the named hardware's."""
 
-    PANEL: ClassVar = HARDWARE_PANEL
+    PANEL: ClassVar = headings.HARDWARE
 
     hardware_delay: int | None = None
     """From measurement to torque, whole samples; the hardware's own unless given."""
@@ -138,7 +137,7 @@ class HardwareNumberOptions:
 class HardwareOptions(HardwareNumberOptions):
     """Which sensors, computer and motors are in the loop."""
 
-    PANEL: ClassVar = HARDWARE_PANEL
+    PANEL: ClassVar = headings.HARDWARE
 
     hardware: str = "ideal"
     """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,

@@ -19,11 +19,9 @@ import tyro
 from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
+from studies import headings
 from studies.core.options import HardwareOptions, RobotOptions
 
-SIZES_PANEL = "Sizes, steps, repeats"  # headings of options in help
-RUNNING_PANEL = "How it runs"
-OUTPUT_PANEL = "Output"
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
 NAMES = ("plants", "settings", "controllers")  # lists that name each once
 
@@ -50,7 +48,7 @@ class StudyOptions(HardwareOptions, RobotOptions):
     `QUICK` has the most that a quick run takes of an option: of a number, or of a list's items.
     """
 
-    PANEL: ClassVar = OUTPUT_PANEL
+    PANEL: ClassVar = headings.OUTPUT
     QUICK: ClassVar[Mapping[str, int]] = {}
 
     out: Out
@@ -89,7 +87,7 @@ def _cut(content: Any, most: int) -> Any:
 class SeedOptions:
     """What is random follows from one number."""
 
-    PANEL: ClassVar = RUNNING_PANEL
+    PANEL: ClassVar = headings.RUNNING
 
     seed: int = 1
     """Seed of everything random; searches and repeats count up from it."""
@@ -99,7 +97,7 @@ class SeedOptions:
 class ModelOptions:
     """Sizes of the two plants."""
 
-    PANEL: ClassVar = SIZES_PANEL
+    PANEL: ClassVar = headings.SIZES
 
     modes: int = MODES
     """Assumed modes, n."""
@@ -111,7 +109,7 @@ class ModelOptions:
 class ThreadOptions:
     """How many work at once."""
 
-    PANEL: ClassVar = RUNNING_PANEL
+    PANEL: ClassVar = headings.RUNNING
 
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""

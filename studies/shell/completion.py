@@ -7,22 +7,10 @@ Making it loads every command; in use it loads none: all that it offers stands i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import tyro
-
-from studies.shell.bash import bash_script
-from studies.shell.fish import fish_script
-from studies.shell.words import Words, words_of_all
-from studies.shell.zsh import zsh_script
-
-SCRIPTS: dict[str, Callable[[Sequence[Words]], str]] = {
-    "bash": bash_script,
-    "zsh": zsh_script,
-    "fish": fish_script,
-}
 
 
 @dataclass(frozen=True)
@@ -35,4 +23,6 @@ class CompletionConfig:
 
 def command(config: CompletionConfig) -> None:
     """Print the script."""
-    print(SCRIPTS[config.shell](words_of_all()), end="")
+    from studies.shell.scripts import script_of  # with all commands, which help does without
+
+    print(script_of(config.shell), end="")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import textwrap
 
-from studies.shell.panels import PANELS
+from studies.headings import HEADINGS
 from studies.shell.parsed import Option, parsed
 
 WIDEST = 120  # columns beyond which lines are hard to read
@@ -29,11 +29,11 @@ def help_of(command: str, width: int | None = None) -> str:
     places = [each for each in found.options if not each.flags]
     usage = " ".join([f"usage: flexsim {command} [OPTIONS]", *map(_place, places)])
     lines = [usage, "", *textwrap.wrap(found.purpose, columns)]
-    for panel in PANELS:
+    for panel in HEADINGS:
         members = [each for each in found.options if each.panel == panel]
         members.sort(key=lambda each: (bool(each.flags), each.name not in LEADING))
         rows = [_row(each) for each in members]
-        if panel == PANELS[-1]:
+        if panel == HEADINGS[-1]:
             rows.append(HELP)
         if rows:
             lines += ["", f"{panel}:"]

@@ -9,40 +9,36 @@ defaults. What a command has of its own is what is run, but for the names here.
 
 from __future__ import annotations
 
-from studies.core.options import HARDWARE_PANEL, ROBOT_PANEL
-from studies.core.study_options import OUTPUT_PANEL, RUNNING_PANEL, SIZES_PANEL
-
-MAIN_PANEL = "What is run"
-SEARCH_PANEL = "Search"
-FILE_PANEL = "The file read"
-NUMBERS_PANEL = "The robot by its numbers"
-TRAJECTORY_PANEL = "Trajectory {}"
+from studies.headings import (
+    FILE,
+    HARDWARE,
+    MAIN,
+    NUMBERS,
+    OUTPUT,
+    ROBOT,
+    RUNNING,
+    SEARCH,
+    SIZES,
+    TRAJECTORIES,
+)
 
 OWN = {
-    ROBOT_PANEL: "mjcf beam",
-    HARDWARE_PANEL: "hardware",
-    SIZES_PANEL: """modes segments step chain_step period timestep perturbations terms map_points
+    ROBOT: "mjcf beam",
+    HARDWARE: "hardware",
+    SIZES: """modes segments step chain_step period timestep perturbations terms map_points
         zero_draws filter_time seconds""",
-    SEARCH_PANEL: """distribution tuner population generations chain_generations patience
-        survivors screen seeds individuals weights effort residual perturb perturb_spread
-        perturb_payload payloads long_hold exact exact_spread exact_payload""",
-    RUNNING_PANEL: "quick seed threads rounds resume workers batch_seconds cluster code once",
-    FILE_PANEL: "columns time_unit gap",
-    OUTPUT_PANEL: "out force json format traces rrd viewer connect export web",
+    SEARCH: """distribution tuner population generations chain_generations patience survivors
+        screen seeds individuals weights effort residual perturb perturb_spread perturb_payload
+        payloads long_hold exact exact_spread exact_payload""",
+    FILE: "columns time_unit gap",
+    RUNNING: "quick seed threads rounds resume workers batch_seconds cluster code once",
+    OUTPUT: "out force json format traces rrd viewer connect export web",
 }
 OF_NAME = {name: panel for panel, names in OWN.items() for name in names.split()}
-PANELS = (
-    MAIN_PANEL,
-    SEARCH_PANEL,
-    FILE_PANEL,
-    SIZES_PANEL,
-    HARDWARE_PANEL,
-    ROBOT_PANEL,
-    NUMBERS_PANEL,
-    *(TRAJECTORY_PANEL.format(name) for name in ("line", "two-loop", "circle")),
-    RUNNING_PANEL,
-    OUTPUT_PANEL,
-)
+WITHIN = {  # by the option that others are within
+    "robot": NUMBERS,
+    **dict(zip(("line", "two_loop", "circle"), TRAJECTORIES, strict=True)),
+}
 
 
 def panel_of(config: type, name: str) -> str:
@@ -53,12 +49,10 @@ def panel_of(config: type, name: str) -> str:
     """
     outer, _, inner = name.partition(".")
     if inner:
-        if outer == "robot":
-            return NUMBERS_PANEL
-        return TRAJECTORY_PANEL.format(outer.replace("_", "-"))
+        return WITHIN.get(outer, MAIN)
     if name in OF_NAME:
         return OF_NAME[name]
     for each in reversed(config.__mro__):
         if name in vars(each).get("__annotations__", {}):
-            return str(vars(each).get("PANEL", MAIN_PANEL))
-    return MAIN_PANEL
+            return str(vars(each).get("PANEL", MAIN))
+    return MAIN

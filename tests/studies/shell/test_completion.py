@@ -15,7 +15,7 @@ from flexsim.robot.plant_names import plant_kind
 from studies.commands import COMMANDS
 from studies.main import main
 from studies.shell.choices import VALUES, named
-from studies.shell.completion import SCRIPTS
+from studies.shell.scripts import SCRIPTS
 from studies.shell.words import Words, words_of_all
 from studies.tuning.found import OWN
 

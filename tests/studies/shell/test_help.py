@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import sys
 from functools import cache
 
 import pytest
+from processes import PATIENCE, process
 
 from studies.commands import COMMANDS
+from studies.headings import HEADINGS, MAIN
 from studies.main import main
 from studies.shell.help import help_of
-from studies.shell.panels import MAIN_PANEL, PANELS
 from studies.shell.parsed import Option, parsed
 
 WIDTHS = (80, 100, 140)  # [columns]
@@ -43,8 +45,8 @@ def test_no_line_is_wider_than_the_terminal(command: str) -> None:
 def test_every_option_stands_under_its_heading(command: str) -> None:
     text = help_of(command, 100)
     headings = re.findall(r"^(\S.*):$", text, re.MULTILINE)
-    panels = {each.panel for each in options(command)} | {PANELS[-1]}
-    assert headings == [panel for panel in PANELS if panel in panels]
+    panels = {each.panel for each in options(command)} | {HEADINGS[-1]}
+    assert headings == [panel for panel in HEADINGS if panel in panels]
     sections = dict(zip(headings, re.split(r"^\S.*:$", text, flags=re.MULTILINE)[1:], strict=True))
     for each in options(command):
         shown = each.flags[0] if each.flags else each.value
@@ -72,7 +74,7 @@ def test_options_of_a_class_stand_together() -> None:
     assert panel["mjcf"] == panel["tip"] == panel["modal_damping"] == "Robot"
     assert panel["robot.EI"] == "The robot by its numbers"
     assert panel["circle.lead"] == "Trajectory circle"
-    assert panel["controllers"] == panel["holding"] == MAIN_PANEL
+    assert panel["controllers"] == panel["holding"] == MAIN
     assert panel["out"] == "Output" and panel["quick"] == panel["seed"] == "How it runs"
     assert panel["step"] == panel["modes"] == "Sizes, steps, repeats"
 
@@ -87,3 +89,13 @@ def test_an_entry_reads_at_a_glance(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["view", "run", "--help"]) == 0  # wherever it is asked for
     shown = capsys.readouterr()
     assert shown.err == "" and shown.out.startswith("usage: flexsim view [OPTIONS] PATH\n")
+
+
+@pytest.mark.parametrize("command", ["view", "completion"])
+def test_help_loads_no_more_than_its_command(command: str) -> None:
+    heavy = "{'numba', 'mujoco', 'scipy', 'matplotlib'}"
+    code = f"import sys; from studies.main import main; main([{command!r}, '--help'])"
+    with process(
+        [sys.executable, "-c", f"{code}; sys.exit(bool({heavy} & set(sys.modules)))"]
+    ) as p:
+        assert p.wait(PATIENCE) == 0
