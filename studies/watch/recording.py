@@ -36,6 +36,7 @@ from flexsim.recording.traces import CHAIN, MM, TIMELINE, Trace, traces
 from studies.core.options import DIFFERENCES
 from studies.core.table import Table
 from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
+from studies.watch.loop_recording import log_loop, loop_text_view, loop_views
 from studies.watch.report import BEAM, COLUMNS, frequency_rows, tip_line
 from studies.watch.save import Save
 from studies.watch.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
@@ -91,11 +92,14 @@ def layout(save: Save | None) -> rrb.Blueprint:
         scene = _scene(case, corners(case, save.robot.parameters))
         scene.name = SCENE_TITLE
         texts = rrb.Tabs(text, rrb.TextDocumentView(origin="/differences", name="differences"))
+        looped = loop_views() if save.loop is not None and not save.loop.problem else []
+        if save.loop is not None:
+            texts.contents = [*texts.contents, loop_text_view()]
         plots = [_plot(case, panel, title) for panel, title in PANELS.items()]
         shapes = rrb.Spatial2DView(origin="/mode_shapes", name=SHAPES_TITLE, visual_bounds=BOUNDS)
         drawn = rrb.Spatial2DView(origin="/history", name=HISTORY_TITLE, visual_bounds=BOUNDS)
         plotted = rrb.TimeSeriesView(origin="/history_hz", name=HISTORY_PLOT_TITLE)
-        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), grid_columns=2)
+        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), *looped, grid_columns=2)
         left = rrb.Vertical(scene, texts, row_shares=[6, 4])
         root = rrb.Horizontal(left, right, column_shares=[44, 56])
     fix_ids(root, uuid.uuid5(uuid.NAMESPACE_URL, "flexsim:watch"))
@@ -137,6 +141,8 @@ def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | No
         names = (f"chain, save {saves[-2].number}",)
         _log_trace(stream, case, Trace("v/before", names, before.time, MM * before.v[:, None]))
     log_scene(stream, case, save.robot.parameters)
+    if save.loop is not None:
+        log_loop(stream, saves)
 
 
 def log_texts(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:
