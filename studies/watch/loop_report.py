@@ -83,10 +83,8 @@ def _figures(answer: LoopAnswer, before: LoopAnswer | None) -> list[LoopFigure]:
         _row("gain margin [-]", answer.loops, earlier, lambda loop: loop.gain_margin),
     ]
     count = min(len(each.slowest) for each in answer.loops.values())
-    rows += [
-        _row(f"pole {i + 1} [Hz]", answer.loops, earlier, partial(_hz, i)) for i in range(count)
-    ]
-    return rows
+    poles = [(f"pole {i + 1} [Hz]", partial(_hz, i)) for i in range(count)]
+    return rows + [_row(name, answer.loops, earlier, hertz) for name, hertz in poles]
 
 
 def _row(

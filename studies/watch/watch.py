@@ -80,16 +80,16 @@ class Watch:
     """A file being watched, and what it answered so far.
 
     Attributes:
-        config: what to do. display: where to show it, if anywhere. asked: the loop to close, if
-        any. sleep, now: the clock. saves: the good ones so far.
+        config: what to do. display: where to show it, if anywhere. sleep, now: the clock.
+        saves: the good ones so far. asked: the loop to close, if any.
     """
 
     config: WatchConfig
     display: Display | None = None
-    asked: LoopAsked | None = None
     sleep: Sleep = time.sleep
     now: Callable[[], datetime] = datetime.now
     saves: list[Save] = field(default_factory=list)
+    asked: LoopAsked | None = None
 
     def run(self) -> None:
         """Answer every save of the file, or the file as it is if only once.
@@ -203,7 +203,7 @@ def command(config: WatchConfig) -> None:
         raise RunError(f"there is no file {config.file}; give an MJCF file that exists")
     with contextlib.suppress(KeyboardInterrupt):
         asked = loop_of(config)
-        watch = Watch(config, display_of(config), asked)
+        watch = Watch(config, display_of(config), asked=asked)
         if not (config.once or config.json):
             print(f"watching {spelled(config.file)} (Ctrl-C ends it)", flush=True)
         watch.run()
