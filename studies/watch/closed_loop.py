@@ -46,7 +46,7 @@ from studies.tuning.found import (
 EXACT = "exact"
 RUNS = 20  # behind each median
 SHOWN_EVERY = 10  # control periods: what the viewer draws
-POLES = 4  # that are named, conjugates once
+POLES = 3  # that are named, conjugates once
 SLOWEST = 1e-9  # modulus in z below which a pole is a delay
 
 

@@ -26,13 +26,14 @@ from studies.watch.save import Save
 
 TEXT, ERRORS, POLES = "loop/words", "loop/tip_error", "loop/poles"
 ERRORS_TITLE = "closed loop: tip error [mm]"
-POLES_TITLE = "closed loop: poles · right of the line it grows · grey: the save before"
+POLES_TITLE = "poles · right of the line it grows · grey: before"
 LEAST_GROWTH, LEAST_HZ = 0.01, 0.1  # [1/s], [Hz] up to which the axes are linear
 GROWTHS = (-100.0, -1.0, 0.0, 1.0, 100.0)  # [1/s] of the ticks
 HERTZ = (0.0, 1.0, 10.0, 100.0)  # [Hz]
 WIDTH, HEIGHT = 1000.0, 500.0  # [1/s], [Hz] at the chart's edges
-BOUNDS = rrb.VisualBounds2D(x_range=(-1.25, 1.1), y_range=(-1.1, 0.15))
-DOT, DOT_BEFORE = 4.5, 3.0  # radii [points]
+BOUNDS = rrb.VisualBounds2D(x_range=(-1.25, 1.1), y_range=(-1.1, 0.25))
+RADII = (6.0, 4.0, 2.0)  # [points] of assumed modes, chain, exact beam: each on the one before
+BEFORE = 1.5  # of the save before, as a rim of what has not moved [points]
 
 
 def loop_text_view() -> rrb.TextDocumentView:
@@ -57,8 +58,8 @@ def log_loop(stream: rr.RecordingStream, saves: Sequence[Save]) -> None:
         _log_error(stream, key, answer.loops[key])
     _log_axes(stream)
     if before is not None and not before.problem:
-        _log_poles(stream, "before", before, DOT_BEFORE, GREY)
-    _log_poles(stream, "now", answer, DOT)
+        _log_poles(stream, "before", before, GREY)
+    _log_poles(stream, "now", answer)
 
 
 def _log_error(stream: rr.RecordingStream, key: str, loop: PlantLoop) -> None:
@@ -66,7 +67,7 @@ def _log_error(stream: rr.RecordingStream, key: str, loop: PlantLoop) -> None:
     if loop.time is None or loop.error is None:
         return
     path, plant = f"{ERRORS}/{key}", key.replace("_", "-")
-    style = rr.SeriesLines(colors=[colour(plant)], names=[plant], widths=[2 * THIN])
+    style = rr.SeriesLines(colors=[colour(plant)], names=[key.replace("_", " ")], widths=[2 * THIN])
     stream.log(path, style, static=True)
     stream.send_columns(path, [time_column(loop.time)], rr.Scalars.columns(scalars=MM * loop.error))
 
@@ -88,15 +89,16 @@ def _log_poles(
     stream: rr.RecordingStream,
     name: str,
     answer: LoopAnswer,
-    radius: float,
     grey: tuple[int, int, int] | None = None,
 ) -> None:
-    """Record the poles of all plants of a save."""
-    for key, loop in answer.loops.items():
+    """Record the poles of all plants of a save, grey and below the rest if it is the one before."""
+    rim = BEFORE if grey else 0.0
+    for order, (key, loop) in enumerate(answer.loops.items(), start=1):
         dots = rr.Points2D(
             placed(loop.poles),
             colors=grey or colour(key.replace("_", "-")),
-            radii=rr.Radius.ui_points(radius),
+            radii=rr.Radius.ui_points(RADII[order - 1] + rim),
+            draw_order=0.0 if grey else float(order),
         )
         stream.log(f"{POLES}/{name}/{key}", dots, static=True)
 
