@@ -11,6 +11,10 @@ from studies.commands import COMMANDS, unknown, usage
 
 HELP = ("-h", "--help", "help")
 VERSION = ("-V", "--version", "version")
+NEVER_TYPED = (  # of tyro's messages: what stands for an option that is not given, and markup
+    r"\{None\}\||'None', |, 'None'| \(default: (?:None)?\)|\[/?bold\]"
+    r"|\[[^]]*\] does not match choices \('None',\) - [^:]*: "
+)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -49,7 +53,8 @@ def unboxed(message: str) -> str:
     text = re.split(r"Argument helptext|For full helptext", message)[0]
     text = re.sub(r"(?s)no type matching .*<class '\w+'>: ", "", text)  # one of several types
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
-    return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
+    line = " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
+    return re.sub(NEVER_TYPED, "", line)
 
 
 def _printed(text: str) -> int:

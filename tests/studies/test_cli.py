@@ -152,6 +152,22 @@ def test_what_does_not_parse_is_one_line(
     assert words in said(capsys, arguments.split())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("compare --perturbation 2", "Perhaps you meant: --perturbations INT Runs behind"),
+        ("compare --hardware-torque-limit 1", "--hardware-torque-limit: input length 1"),
+        ("filter --format pdf", "invalid choice 'pdf' for argument '--format'"),
+        ("tune --payload x", "--exact-payload FLOAT Payload"),
+    ],
+)
+def test_messages_speak_of_what_can_be_typed(
+    arguments: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = said(capsys, arguments.split())
+    assert words in line and "None" not in line and "[bold]" not in line
+
+
 BOXED = """\
 ╭─ Value error ──────────────────╮
 │ Error parsing --n: no          │

@@ -137,6 +137,7 @@ def test_values(complete: Callable[[str], set[str]]) -> None:
     assert complete("compare --hardware ") == {*HARDWARE, "own"}
     assert complete("compare --hardware=b") == {"bench"}
     assert complete("compare --json --plants chain cl") == {"closed-chain"}
+    assert complete("compare --plants chain:5 cl") == {"closed-chain"}
     assert "closed-chain" not in complete("compare --plants chain rod cl")
     assert complete("export run --case 1 --format m") == {"mat"}
     assert complete("tune --controller f") == {"fractional"}
