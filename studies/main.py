@@ -102,13 +102,15 @@ def _status(name: str, words: list[str]) -> int:
         from studies.shell.help import help_of
 
         return _printed(help_of(name))
-    module.command(_configuration(getattr(module, command.config), name, words))
-    sys.stdout.flush()  # here, where a closed pipe is no error
+    config = _configuration(getattr(module, command.config), name, words)
+    if config is not None:
+        module.command(config)
+        sys.stdout.flush()  # here, where a closed pipe is no error
     return 0
 
 
 def _configuration(of: type, name: str, words: list[str]) -> Any:
-    """Return the configuration that the words of a command give.
+    """Return the configuration that the words of a command give, None if tyro answered them.
 
     Raises:
         ParameterError: they cannot be understood.
@@ -124,7 +126,9 @@ def _configuration(of: type, name: str, words: list[str]) -> Any:
     try:
         with contextlib.redirect_stderr(complaint):
             return tyro.cli(of, args=words, prog=f"flexsim {name}")
-    except SystemExit:
+    except SystemExit as stop:
+        if not stop.code:
+            return None
         said = unboxed(complaint.getvalue())
     raise ParameterError(f"{name}: {said}; see flexsim {name} --help")
 
