@@ -1,138 +1,191 @@
 """The commands of `flexsim`, as its help names them; what is behind one loads when it is called.
 
->>> module, configuration, text = COMMANDS["compare"]
+>>> COMMANDS["compare"].module
+'compare.compare'
 """
 
 from __future__ import annotations
 
-COMMANDS = {  # name: (module, class of its configuration, what it does)
-    "compare": (
+import itertools
+from typing import NamedTuple
+
+COMPARING = "Compare the models"
+STUDYING = "Your own study"
+CONTROLLING = "Controllers"
+PAPER = "What the paper leaves open"
+MODELLING = "Models and files"
+LOOKING = "Look, and set up"
+
+
+class Command(NamedTuple):
+    """A command: module in `studies`, class of its configuration, what it does, group of help."""
+
+    module: str
+    config: str
+    text: str
+    group: str
+
+
+COMMANDS = {  # by name, groups together
+    "compare": Command(
         "compare.compare",
         "CompareConfig",
         "run the controllers on both plants: table, figures",
+        COMPARING,
     ),
-    "run": (
-        "run.run",
-        "RunConfig",
-        "carry out a study file of your own: one machine or a cluster",
-    ),
-    "check": (
-        "run.check",
-        "CheckConfig",
-        "what a study file means: mistakes, how many runs, at what cost",
-    ),
-    "export": (
-        "run.export",
-        "ExportConfig",
-        "one run's time series out of a study: CSV, Parquet, MATLAB",
-    ),
-    "modes": (
+    "modes": Command(
         "parity.modes",
         "ModesConfig",
         "frequencies and mode shapes: exact, assumed modes, chain",
+        COMPARING,
     ),
-    "crosscheck": (
+    "crosscheck": Command(
         "parity.crosscheck",
         "CrosscheckConfig",
         "hold the plants against each other",
+        COMPARING,
     ),
-    "drive": (
-        "tools.drive",
-        "DriveConfig",
-        "drive a plant open loop with a recorded torque",
-    ),
-    "follow": (
-        "tools.follow",
-        "FollowConfig",
-        "close one loop: a controller follows a trajectory on a plant",
-    ),
-    "chain": (
-        "tools.chain",
-        "ChainConfig",
-        "tune a chain of segments and write its MJCF",
-    ),
-    "filter": (
-        "tools.filter",
-        "FilterConfig",
-        "coefficients and response of an operator or a controller; C, MATLAB",
-    ),
-    "benchmark": (
-        "tools.benchmark",
-        "BenchmarkConfig",
-        "cost of the loops, side by side",
-    ),
-    "stability": (
-        "stability.stability",
-        "StabilityConfig",
-        "poles, margins, maps of stable gains near rest",
-    ),
-    "misprints": (
-        "misprints.misprints",
-        "MisprintsConfig",
-        "what each misprint of the paper costs",
-    ),
-    "reconstruct": (
-        "reconstruct.reconstruct",
-        "ReconstructConfig",
-        "what it takes for Table 2 to be bounded",
-    ),
-    "realisations": (
-        "realisations.realisations",
-        "RealisationsConfig",
-        "which fractional filter serves best",
-    ),
-    "pid-question": (
-        "pid_question.pid_question",
-        "PidQuestionConfig",
-        "why integer PIDs failed in the paper",
-    ),
-    "structures": (
-        "pid_question.structures",
-        "StructuresConfig",
-        "fractional, PID or PD, v mirrored or ignored, at equal effort",
-    ),
-    "screening": (
-        "screening.screening",
-        "ScreeningConfig",
-        "what screening by stability saves the tuner",
-    ),
-    "tune": (
-        "tuning.tune",
-        "TuneConfig",
-        "tune controllers: the paper's genetic algorithm, or a peer",
-    ),
-    "tables": (
-        "tables.tables",
-        "TablesConfig",
-        "Tables 2, 3, Figure 6 anew; every controller everywhere",
-    ),
-    "watch": (
-        "watch.watch",
-        "WatchConfig",
-        "follow an MJCF file: modes and cross-check at every save",
-    ),
-    "ladder": (
+    "ladder": Command(
         "ladder.ladder",
         "LadderConfig",
-        "fidelity against cost: rigid, modes, chains, rod; steps, integrators",
+        "error against cost: rigid, modes, chains, rod; integrators",
+        COMPARING,
     ),
-    "converge": (
+    "converge": Command(
         "converge.converge",
         "ConvergeConfig",
         "how many modes, segments, which step: down to the exact beam",
+        COMPARING,
     ),
-    "view": (
+    "benchmark": Command(
+        "tools.benchmark",
+        "BenchmarkConfig",
+        "cost of the loops, side by side",
+        COMPARING,
+    ),
+    "run": Command(
+        "run.run",
+        "RunConfig",
+        "carry out a study file of your own: one machine or a cluster",
+        STUDYING,
+    ),
+    "check": Command(
+        "run.check",
+        "CheckConfig",
+        "what a study file means: mistakes, how many runs, at what cost",
+        STUDYING,
+    ),
+    "export": Command(
+        "run.export",
+        "ExportConfig",
+        "one run's time series out of a study: CSV, Parquet, MATLAB",
+        STUDYING,
+    ),
+    "tune": Command(
+        "tuning.tune",
+        "TuneConfig",
+        "tune controllers: the paper's genetic algorithm, or a peer",
+        CONTROLLING,
+    ),
+    "follow": Command(
+        "tools.follow",
+        "FollowConfig",
+        "close one loop: a controller follows a trajectory on a plant",
+        CONTROLLING,
+    ),
+    "filter": Command(
+        "tools.filter",
+        "FilterConfig",
+        "coefficients and response of an operator or a controller",
+        CONTROLLING,
+    ),
+    "stability": Command(
+        "stability.stability",
+        "StabilityConfig",
+        "poles, margins, maps of stable gains near rest",
+        CONTROLLING,
+    ),
+    "realisations": Command(
+        "realisations.realisations",
+        "RealisationsConfig",
+        "which fractional filter serves best",
+        CONTROLLING,
+    ),
+    "screening": Command(
+        "screening.screening",
+        "ScreeningConfig",
+        "what screening by stability saves the tuner",
+        CONTROLLING,
+    ),
+    "structures": Command(
+        "pid_question.structures",
+        "StructuresConfig",
+        "fractional, PID or PD, v mirrored or ignored, at equal effort",
+        CONTROLLING,
+    ),
+    "tables": Command(
+        "tables.tables",
+        "TablesConfig",
+        "Tables 2, 3, Figure 6 anew; every controller everywhere",
+        PAPER,
+    ),
+    "pid-question": Command(
+        "pid_question.pid_question",
+        "PidQuestionConfig",
+        "why integer PIDs failed in the paper",
+        PAPER,
+    ),
+    "misprints": Command(
+        "misprints.misprints",
+        "MisprintsConfig",
+        "what each misprint of the paper costs",
+        PAPER,
+    ),
+    "reconstruct": Command(
+        "reconstruct.reconstruct",
+        "ReconstructConfig",
+        "what it takes for Table 2 to be bounded",
+        PAPER,
+    ),
+    "watch": Command(
+        "watch.watch",
+        "WatchConfig",
+        "follow an MJCF file: modes and cross-check at every save",
+        MODELLING,
+    ),
+    "chain": Command(
+        "tools.chain",
+        "ChainConfig",
+        "tune a chain of segments and write its MJCF",
+        MODELLING,
+    ),
+    "drive": Command(
+        "tools.drive",
+        "DriveConfig",
+        "drive a plant open loop with a recorded torque",
+        MODELLING,
+    ),
+    "view": Command(
         "view.view",
         "ViewConfig",
         "look at runs in the rerun viewer, side by side if several",
+        LOOKING,
+    ),
+    "completion": Command(
+        "shell.completion",
+        "CompletionConfig",
+        "a script by which bash, zsh or fish complete commands and options",
+        LOOKING,
     ),
 }
 
 
 def usage() -> str:
     """Return the overview that `flexsim --help` prints."""
-    lines = ["usage: flexsim COMMAND [OPTIONS]   (flexsim COMMAND --help for its options)", ""]
-    lines += [f"  {name:<12} {text}" for name, (_, _, text) in COMMANDS.items()]
+    lines = ["usage: flexsim COMMAND [OPTIONS]   (flexsim COMMAND --help for its options)"]
+    for group, members in itertools.groupby(COMMANDS.items(), lambda item: item[1].group):
+        lines += ["", f"{group}:"]
+        lines += [f"  {name:<12} {command.text}" for name, command in members]
     lines += ["", "flexsim help COMMAND is the same; flexsim --version says which version this is"]
     return "\n".join(lines)
 

@@ -11,6 +11,10 @@ from studies.commands import COMMANDS, unknown, usage
 
 HELP = ("-h", "--help", "help")
 VERSION = ("-V", "--version", "version")
+NEVER_TYPED = (  # of tyro's messages: what stands for an option that is not given, and markup
+    r"\{None\}\||'None', |, 'None'| \(default: (?:None)?\)|\[/?bold\]"
+    r"|\[[^]]*\] does not match choices \('None',\) - [^:]*: "
+)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -49,7 +53,8 @@ def unboxed(message: str) -> str:
     text = re.split(r"Argument helptext|For full helptext", message)[0]
     text = re.sub(r"(?s)no type matching .*<class '\w+'>: ", "", text)  # one of several types
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
-    return " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
+    line = " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
+    return re.sub(NEVER_TYPED, "", line)
 
 
 def _printed(text: str) -> int:
@@ -91,9 +96,13 @@ def _carried_out(name: str, words: list[str], ends: bool) -> int:
 
 def _status(name: str, words: list[str]) -> int:
     """Return the status of a command that raises nothing."""
-    module_name, class_name, _ = COMMANDS[name]
-    module = importlib.import_module(f"studies.{module_name}")
-    config = _configuration(getattr(module, class_name), name, words)
+    command = COMMANDS[name]
+    module = importlib.import_module(f"studies.{command.module}")
+    if set(words) & {"-h", "--help"}:
+        from studies.shell.help import help_of
+
+        return _printed(help_of(name))
+    config = _configuration(getattr(module, command.config), name, words)
     if config is not None:
         module.command(config)
         sys.stdout.flush()  # here, where a closed pipe is no error
@@ -101,7 +110,7 @@ def _status(name: str, words: list[str]) -> int:
 
 
 def _configuration(of: type, name: str, words: list[str]) -> Any:
-    """Return the configuration that the words of a command give, None if they ask for help.
+    """Return the configuration that the words of a command give, None if tyro answered them.
 
     Raises:
         ParameterError: they cannot be understood.

@@ -56,10 +56,10 @@ class QuickRun:
 
 def carried_out(name: str, folder: Path) -> QuickRun:
     """Return the quick run of a command, its folder made."""
-    module_name, class_name, _ = COMMANDS[name]
-    module = importlib.import_module(f"studies.{module_name}")
+    home = COMMANDS[name]
+    module = importlib.import_module(f"studies.{home.module}")
     options = {"out": folder, "quick": True, "json": True, **OPTIONS.get(name, {})}
-    config, study = getattr(module, class_name)(**options), module.command
+    config, study = getattr(module, home.config)(**options), module.command
     result = study.carried_out(config)
     text = io.StringIO()
     study.show(config, result, Console(file=text, width=WIDTH))

@@ -35,9 +35,16 @@ class Trajectory:
     Attributes:
         shape: 'line' (start to end), 'two-loop' (x = cx + a sin phi, y = cy + b sin 2 phi) or
             'circle' (of radius a, started at phi = 0).
-        duration, hold: [s]. time_law: 'quintic' or 'constant-speed' (phi linear in time).
-        start, end: ends of the line [m]. centre: [m]. half_width, half_height: a and b [m].
-        name: for tables; the shape's name unless given. lead: rest before the start [s].
+        duration: of the path [s].
+        hold: rest at its end [s].
+        time_law: 'quintic' or 'constant-speed' (phi linear in time).
+        start: of the line [m].
+        end: of the line [m].
+        centre: (cx, cy) of two-loop and circle [m].
+        half_width: a of two-loop and circle [m].
+        half_height: b of two-loop [m].
+        name: for tables; the shape's name unless given.
+        lead: rest before the start [s].
 
     Raises:
         ParameterError: an unknown shape or time law, or a number that cannot be used.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from rich.console import Console
 
@@ -20,6 +20,7 @@ from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
+from studies import headings
 from studies.core.console import console
 from studies.core.table import Column, Table
 from studies.core.text import spelled
@@ -33,6 +34,8 @@ DIFFERENCES = tuple(map(Column, Difference._fields))
 @dataclass(frozen=True, kw_only=True)
 class NameOptions:
     """What the robot's file calls the parts of the arm, where it has names of its own."""
+
+    PANEL: ClassVar = headings.ROBOT
 
     joint1: str | None = None
     """With --mjcf, the file's own name of joint 1, if it has another."""
@@ -58,6 +61,8 @@ class NameOptions:
 class OwnRobotOptions(NameOptions):
     """The robot by its numbers, or the names in its file."""
 
+    PANEL: ClassVar = headings.ROBOT
+
     robot: Parameters = field(default_factory=Parameters)
     """The robot, in every model of it, unless --mjcf gives a file."""
     modal_damping: tuple[float, ...] = ()
@@ -68,6 +73,8 @@ class OwnRobotOptions(NameOptions):
 @dataclass(frozen=True, kw_only=True)
 class RobotOptions(OwnRobotOptions):
     """Which robot a command is about."""
+
+    PANEL: ClassVar = headings.ROBOT
 
     mjcf: Path | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
@@ -112,21 +119,25 @@ class RobotOptions(OwnRobotOptions):
 class HardwareNumberOptions:
     """Numbers of sensors, computer and motors in place of the named hardware's."""
 
+    PANEL: ClassVar = headings.HARDWARE
+
     hardware_delay: int | None = None
-    """From measurement to torque, whole samples; the hardware's own unless given, as all below."""
+    """From measurement to torque, whole samples; the hardware's own unless given."""
     hardware_torque_limit: tuple[float, float] | None = None
-    """Largest torques of the motors [N m]; inf for none."""
+    """Largest torques of the motors [N m], inf for none; the hardware's own unless given."""
     hardware_counts: int | None = None
-    """Of both joints' encoders, per turn; 0 for exact angles."""
+    """Of both joints' encoders, per turn, 0 for exact angles; the hardware's own unless given."""
     hardware_noise: float | None = None
-    """Noise on v, root mean square [m]; its seed is the command's."""
+    """Noise on v, root mean square [m], its seed the command's; the hardware's own unless given."""
     hardware_lag: float | None = None
-    """Time constant of the motors' first-order lag [s]."""
+    """Time constant of the motors' first-order lag [s]; the hardware's own unless given."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HardwareOptions(HardwareNumberOptions):
     """Which sensors, computer and motors are in the loop."""
+
+    PANEL: ClassVar = headings.HARDWARE
 
     hardware: str = "ideal"
     """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,

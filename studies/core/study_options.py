@@ -19,6 +19,7 @@ import tyro
 from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError
 from flexsim.loop.runs import thread_count
+from studies import headings
 from studies.core.options import HardwareOptions, RobotOptions
 
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
@@ -47,6 +48,7 @@ class StudyOptions(HardwareOptions, RobotOptions):
     `QUICK` has the most that a quick run takes of an option: of a number, or of a list's items.
     """
 
+    PANEL: ClassVar = headings.OUTPUT
     QUICK: ClassVar[Mapping[str, int]] = {}
 
     out: Out
@@ -85,6 +87,8 @@ def _cut(content: Any, most: int) -> Any:
 class SeedOptions:
     """What is random follows from one number."""
 
+    PANEL: ClassVar = headings.RUNNING
+
     seed: int = 1
     """Seed of everything random; searches and repeats count up from it."""
 
@@ -92,6 +96,8 @@ class SeedOptions:
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
     """Sizes of the two plants."""
+
+    PANEL: ClassVar = headings.SIZES
 
     modes: int = MODES
     """Assumed modes, n."""
@@ -102,6 +108,8 @@ class ModelOptions:
 @dataclass(frozen=True, kw_only=True)
 class ThreadOptions:
     """How many work at once."""
+
+    PANEL: ClassVar = headings.RUNNING
 
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""

@@ -23,7 +23,7 @@ class ModesConfig(RobotOptions):
     """Compare frequencies and mode shapes: the robot's own beam, assumed modes, chain."""
 
     file: tyro.conf.Positional[Path | None] = None
-    """The MJCF file, as --mjcf."""
+    """The MJCF file, as --mjcf; the paper's robot unless given."""
     json: bool = False
     """Print one JSON object instead of tables."""
 

@@ -43,14 +43,15 @@ SAMPLE = 8 * (1 + len(TRACES))
 class CheckConfig:
     """Check a study file: what is wrong with it, or how many runs at what cost it means."""
 
-    study: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="STUDY", help="A file.")]
+    study: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="STUDY", help="Its file.")]
     changes: Changes = ()
     quick: bool = False
     """As the quick run of it."""
     threads: int | None = None
     """Threads that it would run on; all cores unless given."""
     workers: tuple[int, ...] = ()
-    """Numbers of workers of a cluster: what share of each would be at work."""
+    """Numbers of workers of a cluster: what share of each would be at work; none
+    unless given."""
     batch_seconds: float = 2.0
     """With --workers, how long a batch takes a worker [s]."""
     throughput: bool = False

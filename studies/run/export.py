@@ -44,9 +44,10 @@ COUNTED = ("run", "draw", "repeat")
 class ExportConfig:
     """Write one run's time series to a file."""
 
-    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN", help="Its folder.")]
     case: Case
     format: Literal["csv", "parquet", "mat"] = "csv"
+    """CSV, Parquet, or a file of MATLAB's."""
     out: Path | None = None
     """File to write; RUN-case-NUMBER.FORMAT beside the run unless given."""
     force: bool = False

@@ -48,7 +48,11 @@ Changes = Annotated[
         name="set", metavar="PATH=VALUE", help="Numbers of the file instead: robot.zeta=0.002."
     ),
 ]
-File = Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="STUDY", help="A file.")]
+File = Annotated[
+    Path | None,
+    tyro.conf.Positional,
+    tyro.conf.arg(metavar="STUDY", help="Its file; needed without --example."),
+]
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,8 @@ class RunConfig:
     workers: int | None = None
     """Worker processes on this machine instead of threads."""
     cluster: str | None = None
-    """A dask scheduler whose workers run the batches, such as tcp://host:8786."""
+    """A dask scheduler whose workers run the batches, such as tcp://host:8786; this
+    machine unless given."""
     code: bool = True
     """Whether the file may name a Python function, which is then run; --no-code refuses."""
 

@@ -51,7 +51,7 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     """Keyframe of the --mjcf file to start from instead, as bent; without a file, home or bent as
     flexsim chain writes them."""
     lock: tuple[Literal["joint1", "joint2"], ...] = ()
-    """Joints that do not move: joint1, joint2 or both."""
+    """Joints that do not move: joint1, joint2 or both; none unless given."""
     force: bool = False
     """Overwrite the file named by --out."""
     json: bool = False

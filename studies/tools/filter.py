@@ -36,7 +36,8 @@ class FilterConfig:
     """The operator gain * D^order and the way to realise it; or a controller, as it runs."""
 
     order: float | None = None
-    """Order nu of the operator, any real number; negative integrates."""
+    """Order nu of the operator, any real number; negative integrates. Needed without
+    --controller."""
     controller: str | None = None
     """Instead of an operator, a controller by its name, as in flexsim stability, or the folder of a
     run of flexsim tune; a name comes before a folder, ./line is the folder."""
@@ -52,7 +53,7 @@ class FilterConfig:
     """Sampling period [s]; 1 ms unless given. A run of flexsim tune has its own, as of all
     these."""
     export: Path | None = None
-    """File to write the filters to, as sections."""
+    """File to write the filters to, as sections; none unless given."""
     format: Literal["c", "matlab", "python-control", "json"] | None = None
     """Of that file; what its suffix says unless given: .h, .m, .py or .json."""
     force: bool = False

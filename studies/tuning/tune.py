@@ -63,7 +63,7 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     unless given."""
     distribution: str | None = None
     """table-1, log-uniform, wide (three terms of one size), or a TOML file of rows such as
-    k1 = { normal = [1e4, 2000] }."""
+    k1 = { normal = [1e4, 2000] }; table-1 unless given."""
     tuner: str | None = None
     """genetic, cma (CMA-ES) or de (differential evolution); genetic unless given."""
     terms: int | None = None
@@ -130,7 +130,7 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     force: bool = False
     """Replace the run that is there."""
     resume: Path | None = None
-    """Folder of a run to continue; its own settings hold."""
+    """Folder of a run to continue instead of a new one; its own settings hold."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False

@@ -108,10 +108,10 @@ def log_chart(
     dots = rr.Points2D(np.concatenate(marks), colors=mark_colours, radii=rr.Radius.ui_points(3.0))
     stream.log(f"{path}/marks", dots, **style)
     ends = np.array([[LABEL_AT, PITCH * i - 0.04] for i in range(len(rows))])
-    _log_labels(stream, f"{path}/labels", ends, [row.label for row in rows])
+    log_labels(stream, f"{path}/labels", ends, [row.label for row in rows])
     below = PITCH * (len(rows) - 1) + TICK_AT - 0.06
     feet = np.array([[x, below] for x in ticks])
-    _log_labels(stream, f"{path}/ticks", feet, list(ticks.values()))
+    log_labels(stream, f"{path}/ticks", feet, list(ticks.values()))
 
 
 def _placed(points: Array, row: int) -> Array:
@@ -120,7 +120,7 @@ def _placed(points: Array, row: int) -> Array:
     return np.column_stack([x, PITCH * row - HALF_HEIGHT * y])
 
 
-def _log_labels(
+def log_labels(
     stream: rr.RecordingStream, path: str, positions: Array, labels: Sequence[str]
 ) -> None:
     """Record texts, each under its position."""

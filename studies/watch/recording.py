@@ -44,6 +44,7 @@ from flexsim.recording.viewer import DEFAULT_URL, answers, require_viewer, start
 from studies.core.options import DIFFERENCES
 from studies.core.table import Table
 from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
+from studies.watch.loop_recording import log_loop, loop_text_view, loop_views
 from studies.watch.report import BEAM, COLUMNS, frequency_rows, tip_line
 from studies.watch.save import Save
 
@@ -117,14 +118,17 @@ def layout(saves: Sequence[Save]) -> rrb.Blueprint:
     text = rrb.TextDocumentView(origin="/frequencies", name="frequencies")
     root: rrb.Container = rrb.Vertical(text)
     if saves:
-        shown = plan(saves)
+        save, shown = saves[-1], plan(saves)
         scene = rrb.Tabs(top_view(HERE, shown), space_view(HERE, shown))
         texts = rrb.Tabs(text, rrb.TextDocumentView(origin="/differences", name="differences"))
+        looped = loop_views(save.loop) if save.loop is not None and not save.loop.problem else []
+        if save.loop is not None:
+            texts.contents = [*texts.contents, loop_text_view()]
         plots = [plot(HERE, shown, panel) for panel in shown.panels]
         shapes = rrb.Spatial2DView(origin="/mode_shapes", name=SHAPES_TITLE, visual_bounds=BOUNDS)
         drawn = rrb.Spatial2DView(origin="/history", name=HISTORY_TITLE, visual_bounds=BOUNDS)
         plotted = rrb.TimeSeriesView(origin="/history_hz", name=HISTORY_PLOT_TITLE)
-        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), grid_columns=2)
+        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), *looped, grid_columns=2)
         left = rrb.Vertical(scene, texts, row_shares=[6, 4])
         root = rrb.Horizontal(left, right, column_shares=[44, 56])
     return arranged(root, name="watch")
@@ -166,6 +170,8 @@ def log_saves(stream: rr.RecordingStream, saves: Sequence[Save], error: str | No
         log_columns(stream, case.name, Columns(BEFORE, old.time, {CURVES: {"v_mm": MM * old.v}}))
     parameters = save.robot.parameters
     log_scene(stream, case, parameters, sheet_of(case, parameters))
+    if save.loop is not None:
+        log_loop(stream, saves)
 
 
 def log_texts(stream: rr.RecordingStream, saves: Sequence[Save], error: str | None) -> None:

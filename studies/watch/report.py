@@ -15,6 +15,8 @@ from studies.core.folder import to_json
 from studies.core.options import show_differences
 from studies.core.paper import PLANT_KEYS
 from studies.core.table import Column, Table
+from studies.core.text import spelled
+from studies.watch.loop_report import loop_json, loop_table
 from studies.watch.save import Save
 
 SAME = 5e-4  # [%] of a number, and less, is no change
@@ -32,6 +34,7 @@ def json_line(when: datetime, save: Save | None = None, error: str | None = None
         "damping_ratio": None,
         "tip_rms": None,
         "differences": None,
+        **loop_json(save.loop if save is not None else None),
     }
     if save is not None:
         content |= {
@@ -53,6 +56,10 @@ def show_save(save: Save, before: Save | None) -> None:
     title = f"{save.when:%H:%M:%S} save {save.number}{since}"
     out.print(Table(frequency_rows(save, before), COLUMNS, title).render())
     out.print(f"{tip_line(save, before)}\n")
+    if save.loop is not None and save.loop.problem:
+        out.print(f"No loop could be closed: {spelled(save.loop.problem)}\n")
+    elif save.loop is not None:
+        out.print(loop_table(save.loop, before.loop if before else None).render())
 
 
 @dataclass(frozen=True)

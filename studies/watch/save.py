@@ -27,6 +27,7 @@ from flexsim.plants.chain_as_modes import vibration
 from flexsim.robot import Robot
 from studies.parity.motions import AMPLITUDES, POSE, fitting_torque
 from studies.parity.side_by_side import ModesResult, compared
+from studies.watch.closed_loop import LoopAnswer, LoopAsked, looped
 
 SHOWN_EVERY = 10  # samples of 1 ms: what the viewer draws
 
@@ -40,6 +41,7 @@ class Save:
         when: it was answered. modes: as `flexsim modes` has them. shapes: (N+2, 3) of the chain's
         modes at clamp, hinges, tip [-]. motions: of both plants, open loop, by name.
         tip_rms: distance of the two tips [m]; v_max: largest tip deflection of the chain [m].
+        loop: what the closed loop makes of it, if that was asked.
     """
 
     robot: Robot
@@ -51,6 +53,7 @@ class Save:
     motions: dict[str, Motion]
     tip_rms: float
     v_max: float
+    loop: LoopAnswer | None = None
 
     @cached_property
     def changes(self) -> list[Difference]:
@@ -76,8 +79,9 @@ def answered(
     number: int = 1,
     when: datetime = datetime.min,
     names: Names | None = None,
+    asked: LoopAsked | None = None,
 ) -> Save:
-    """Return modes and open-loop motions of both plants of a file.
+    """Return modes and open-loop motions of both plants of a file, and of a loop if one is asked.
 
     Raises:
         ModelError: the file cannot be used; the message names file and element.
@@ -105,4 +109,5 @@ def answered(
         motions={motion.plant: motion.thinned(SHOWN_EVERY) for motion in motions},
         tip_rms=rms_distance(motions[0].tip, motions[1].tip),
         v_max=float(np.abs(motions[1].v).max()),
+        loop=None if asked is None else looped(robot, asked),
     )

@@ -18,8 +18,11 @@ from typing import Literal, Protocol
 import tyro
 
 from flexsim.errors import FlexsimError, ParameterError, RunError
-from studies.core.options import NameOptions
+from flexsim.loop.settings import DEFAULT_SETTING
+from studies.core.options import HardwareOptions, NameOptions
+from studies.core.study_options import SeedOptions, SettingName, check
 from studies.core.text import one_line, spelled
+from studies.watch.closed_loop import LoopAsked, asked_of
 from studies.watch.files import Sleep, lasts, snapshots
 from studies.watch.report import json_line, show_save
 from studies.watch.save import Save, answered
@@ -28,14 +31,26 @@ BROKEN = 2  # the shell's status of --once with a file that cannot be used
 
 
 @dataclass(frozen=True)
-class WatchConfig(NameOptions):
-    """Follow an MJCF file: modes and a quick open-loop cross-check at every save, until Ctrl-C."""
+class WatchConfig(HardwareOptions, SeedOptions, NameOptions):
+    """Follow an MJCF file until Ctrl-C: modes, a cross-check and a closed loop at every save."""
 
     file: tyro.conf.Positional[Path]
     """The MJCF file; files that it includes are watched too."""
     beam: Literal["file", "analytic"] = "file"
     """Modes of the assumed-modes plant: the file's own chain's, or the paper's beam's on the
     file's rigid bodies."""
+    loop: bool = True
+    """Close a loop around both plants, too: envelopes, growth and poles."""
+    controller: str = "circle"
+    """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
+    ideal-circle; of Table 2 figure-3, figure-4, figure-5; or the folder of a run of flexsim tune.
+    A name comes before a folder; ./line is the folder."""
+    trajectory: str | None = None
+    """line, two-loop or circle; the controller's own unless given."""
+    setting: SettingName = DEFAULT_SETTING
+    hardware: str = field(default="bench", kw_only=True)
+    """Sensors, computer and motors: ideal, delayed (a sample of delay) or bench (assumed: that
+    delay, 10 and 5 N m, 8192 counts a turn, 0.1 mm of noise on v), for which ours are."""
     connect: str | None = None
     """Viewer to send to, as rerun+http://127.0.0.1:9876/proxy. Without it, the one running on this
     machine, or else a new one."""
@@ -66,7 +81,7 @@ class Watch:
 
     Attributes:
         config: what to do. display: where to show it, if anywhere. sleep, now: the clock.
-        saves: the good ones so far.
+        saves: the good ones so far. asked: the loop to close, if any.
     """
 
     config: WatchConfig
@@ -74,6 +89,7 @@ class Watch:
     sleep: Sleep = time.sleep
     now: Callable[[], datetime] = datetime.now
     saves: list[Save] = field(default_factory=list)
+    asked: LoopAsked | None = None
 
     def run(self) -> None:
         """Answer every save of the file, or the file as it is if only once.
@@ -104,7 +120,7 @@ class Watch:
         if not path.exists():
             raise RunError(f"{path}: the file is gone; waiting for it to return")
         number, names = len(self.saves) + 1, self.config.names
-        return answered(path, self.config.beam, number, self.now(), names)
+        return answered(path, self.config.beam, number, self.now(), names, self.asked)
 
     def _refuse(self, message: str) -> None:
         """Say what is wrong with the file."""
@@ -137,6 +153,18 @@ class Watch:
 def complain(message: str) -> None:
     """Say in one line what is wrong."""
     print(f"flexsim: {one_line(message)}", file=sys.stderr, flush=True)
+
+
+def loop_of(config: WatchConfig) -> LoopAsked | None:
+    """Return the loop that a configuration wants closed at every save, if any.
+
+    Raises:
+        ParameterError, RunError: an option of the loop cannot be used.
+    """
+    check(config)
+    if not config.loop:
+        return None
+    return asked_of(config.controller, config.trajectory, config.setting, config.built)
 
 
 def display_of(config: WatchConfig) -> Display | None:
@@ -174,7 +202,8 @@ def command(config: WatchConfig) -> None:
     if not config.file.is_file():
         raise RunError(f"there is no file {config.file}; give an MJCF file that exists")
     with contextlib.suppress(KeyboardInterrupt):
-        watch = Watch(config, display_of(config))
+        asked = loop_of(config)
+        watch = Watch(config, display_of(config), asked=asked)
         if not (config.once or config.json):
             print(f"watching {spelled(config.file)} (Ctrl-C ends it)", flush=True)
         watch.run()

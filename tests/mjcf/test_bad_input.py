@@ -200,7 +200,7 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
     assert main([command, "--help"]) == 0
     shown = capsys.readouterr()
     assert "usage" in shown.out.lower()
-    assert ("--json" in shown.out) == (command != "view")
+    assert ("--json" in shown.out) == (command not in ("view", "completion"))
 
 
 def test_status_of_the_process(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from studies.main import main, unboxed
 from studies.tools import filter as filter_study
 
 ROUNDS = 3
+TERMINAL = 80  # [columns]
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 
@@ -46,16 +47,20 @@ def test_overview_names_every_command(
     shown = capsys.readouterr()
     assert shown.err == ""
     assert re.findall(r"^  (\S+) ", shown.out, re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^([A-Z].*):$", shown.out, re.MULTILINE) == list(
+        dict.fromkeys(command.group for command in COMMANDS.values())
+    )
+    assert max(map(len, shown.out.splitlines())) <= TERMINAL
     needed = "compare modes crosscheck drive chain filter benchmark view"
     assert set(needed.split()) <= set(COMMANDS)
 
 
 def test_the_overview_is_of_the_commands_that_there_are() -> None:
     """The list is written out, so that help loads none of them."""
-    for name, (module_name, class_name, text) in COMMANDS.items():
-        module = importlib.import_module(f"studies.{module_name}")
-        assert callable(module.command) and getattr(module, class_name).__doc__, name
-        assert text and "\n" not in text
+    for name, command in COMMANDS.items():
+        module = importlib.import_module(f"studies.{command.module}")
+        assert callable(module.command) and getattr(module, command.config).__doc__, name
+        assert command.text and "\n" not in command.text
 
 
 def test_help_of_a_command_is_its_options(capsys: pytest.CaptureFixture[str]) -> None:
@@ -82,7 +87,7 @@ def test_version_names_the_commit_and_where_the_models_are(
 def test_a_mistyped_command_is_answered_by_the_likely_one(
     word: str, meant: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert said(capsys, [word]).endswith(f"view. Did you mean {meant}?\n")
+    assert said(capsys, [word]).endswith(f"completion. Did you mean {meant}?\n")
     assert "mean" not in said(capsys, ["xyzzy"])
 
 
@@ -119,7 +124,7 @@ def test_an_unknown_option_is_named(command: str, capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("Compare", "'Compare' is unknown; choose one of compare, run"),
+        ("Compare", "'Compare' is unknown; choose one of compare, modes"),
         ("compare --perturbation 2", "--perturbation, 2 Perhaps you meant: --perturbations"),
         ("compare --out", "'--out'. Expected 1 values"),
         ("compare --json maybe", "maybe"),
@@ -145,6 +150,22 @@ def test_what_does_not_parse_is_one_line(
     arguments: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert words in said(capsys, arguments.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("compare --perturbation 2", "Perhaps you meant: --perturbations INT Runs behind"),
+        ("compare --hardware-torque-limit 1", "--hardware-torque-limit: input length 1"),
+        ("filter --format pdf", "invalid choice 'pdf' for argument '--format'"),
+        ("tune --payload x", "--exact-payload FLOAT Payload"),
+    ],
+)
+def test_messages_speak_of_what_can_be_typed(
+    arguments: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = said(capsys, arguments.split())
+    assert words in line and "None" not in line and "[bold]" not in line
 
 
 BOXED = """\

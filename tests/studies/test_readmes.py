@@ -22,7 +22,7 @@ def text_of(room: str) -> str:
 def test_a_room_says_what_it_answers(room: str) -> None:
     text = text_of(room)
     assert text.startswith("# ")
-    commands = {name for name, (module, *_) in COMMANDS.items() if module.startswith(f"{room}.")}
+    commands = {name for name, each in COMMANDS.items() if each.module.startswith(f"{room}.")}
     assert commands <= set(re.findall(r"flexsim ([\w-]+)", text))
 
 

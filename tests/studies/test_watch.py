@@ -107,7 +107,9 @@ def saves(tmp_path_factory: pytest.TempPathFactory) -> list[Save]:
 def quick(saves: list[Save], monkeypatch: pytest.MonkeyPatch) -> None:
     """Check the file in earnest, but answer with what another brought."""
 
-    def answer(path: Path, beam: str, number: int, when: datetime, names: Names) -> Save:
+    def answer(
+        path: Path, beam: str, number: int, when: datetime, names: Names, asked: object
+    ) -> Save:
         chain = load_chain(path, names=names)
         return replace(saves[0], chain=chain, number=number, when=when)
 
@@ -284,7 +286,8 @@ def test_once_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     (answer,) = map(json.loads, said.out.splitlines())
     assert said.err == "" and answer["ok"] and answer["error"] is None
     keys = "time ok error save clamped_hz joint_free_hz damping_ratio tip_rms differences"
-    assert list(answer) == keys.split()
+    more = "envelope envelope_low envelope_high diverged_share growth gain_margin poles loop_error"
+    assert list(answer) == [*keys.split(), *more.split()]
     datetime.fromisoformat(answer["time"])
 
 
