@@ -24,6 +24,7 @@ from flexsim.recording.case import Case
 from flexsim.recording.curves import Columns, columns, panels, sent
 from flexsim.recording.drawn.arms import FRAME
 from flexsim.recording.drawn.map import Sheet, sheet_of
+from flexsim.recording.drawn.states import STATE_COLOURS, STATES, frames_of, joint_states
 from flexsim.recording.layout import OVERVIEW, Beside, layout
 from flexsim.recording.panels import Plan, plans_text
 from flexsim.recording.rerun_file import (
@@ -35,7 +36,6 @@ from flexsim.recording.rerun_file import (
     write_rrd,
 )
 from flexsim.recording.scene import log_scene, nanoseconds, remarks, time_column
-from flexsim.recording.states import STATE_COLOURS, STATES, frames_of, joint_states
 from flexsim.recording.traces import TIMELINE, longest, spoken
 
 

@@ -14,9 +14,12 @@ from flexsim import Parameters
 from flexsim.loop.motion import Motion
 from flexsim.recording.band import PATHS, Band, covered
 from flexsim.recording.case import Case
-from flexsim.recording.rrd import _notes, write_recording
-from flexsim.recording.scene import FRAME, frames
-from flexsim.recording.traces import traces
+from flexsim.recording.curves import BAND, columns, of_band, panels
+from flexsim.recording.drawn.arms import FRAME, frames
+from flexsim.recording.drawn.map import sheet_of
+from flexsim.recording.rrd import write_recording
+from flexsim.recording.scene import remarks
+from flexsim.recording.texts import notes
 from studies.compare.figures import case_figure
 
 RUNS, ROWS = 3, 40
@@ -90,18 +93,30 @@ def test_a_figure_shades_the_band_and_says_which_run() -> None:
     assert len([line for line in axes["path"].lines if line.get_linewidth() == 0.8]) == 2
 
 
-def test_a_recording_has_the_band_beside_the_curve(tmp_path: Path) -> None:
+def test_a_recording_has_the_band_beside_the_curve() -> None:
     case = banded(made_up_cases()[0])
-    found = {each.path: each for each in traces(case.motions, case.bands)}
-    v = found["v/band/chain"]
-    assert v.names == ("chain, least of 2 runs", "chain, largest of 2 runs")
-    motion = case.motions["chain"]
-    assert v.values == pytest.approx(1e3 * (motion.v[:, None] + [-1e-3, 2e-3]), abs=1e-9)
-    assert (np.diff(found["tip_error/band/chain"].values, axis=1) >= 0).all()
-    assert "| chain | run 1 of 2, the median: ran to its end" in _notes(case)
-    write_recording(tmp_path / "run.rrd", [case], {}, Parameters())
-    paths = {c.entity_path for c in RrdReader(tmp_path / "run.rrd").store().stream().to_chunks()}
-    assert {"/line_tuned/v/band/chain", "/line_tuned/tip_error/band/chain"} <= paths
+    table = next(each for each in columns(case) if each.entity == BAND)
+    found, motion = table.components["chain"], case.motions["chain"]
+    assert found["v_mm_least"] == pytest.approx(1e3 * (motion.v - 1e-3), abs=1e-9)
+    assert found["v_mm_largest"] == pytest.approx(1e3 * (motion.v + 2e-3), abs=1e-9)
+    assert (found["tip_error_mm_largest"] >= found["tip_error_mm_least"]).all()
+    shown = {s.field for panel in panels(case, columns(case)) for s in panel.series}
+    assert {"v_mm_least", "tip_error_mm_largest"} <= shown
+    said = notes(case, remarks(case, sheet_of(case, Parameters())))
+    assert "| chain | run 1 of 2, the median: ran to its end" in said
+
+
+def test_a_thinned_band_still_covers_all() -> None:
+    """Ends of 5 ms together: the least of the least, the largest of the largest."""
+    time = 1e-3 * np.arange(103)
+    v = np.stack([-np.cos(90 * time) - 2, np.cos(90 * time) + 2])
+    band = Band(2, time, np.zeros((2, 103, 2)), v, v, np.zeros((1, 103, 2)))
+    times, found = of_band(band)
+    assert np.array_equal(times, time[::5])
+    for i, t in enumerate(times):
+        inside = (time >= t) & (time < t + 0.005 - 1e-9)
+        assert found["v_mm_least"][i] == pytest.approx(1e3 * v[0, inside].min())
+        assert found["v_mm_largest"][i] == pytest.approx(1e3 * v[1, inside].max())
 
 
 def dithered(motion: Motion, hz: float) -> Motion:
@@ -127,16 +142,19 @@ def test_a_dither_is_recorded_at_its_own_frequency(tmp_path: Path) -> None:
         time = batch.column(1).to_numpy(zero_copy_only=False).astype(np.int64)
         return 1e-9 * time, array.to_numpy(zero_copy_only=False)
 
-    time, torque = of("torque/assumed-modes")
-    first = torque.reshape(-1, 2)[:, 0]
+    (curves,) = (c for c in chunks if c.entity_path == "/dithered/curves")
+    batch = curves.to_record_batch()
+    time = 1e-9 * batch.column(1).to_numpy(zero_copy_only=False).astype(np.int64)
+    column = batch.column("assumed_modes").flatten()
+    first = column.field("torque_1_Nm").to_numpy(zero_copy_only=False)
     spectrum = np.abs(np.fft.rfft(first))
     step = float(np.diff(time).mean())
     assert np.fft.rfftfreq(len(first), step)[np.argmax(spectrum)] == pytest.approx(250.0, rel=1e-3)
-    shown, _ = of("scene/assumed-modes/beam")
+    shown, _ = of("scene/assumed-modes/tip")
     assert np.diff(shown) == pytest.approx(np.full(len(shown) - 1, FRAME))
 
 
 def test_frames_leave_slow_motions_as_they_are() -> None:
-    slow = made_up_motion("assumed-modes")
+    slow = made_up_motion("assumed-modes").thinned(2)
     assert np.array_equal(frames(slow).time, slow.time)
     assert frames(slow.first(1)).time.size == 1

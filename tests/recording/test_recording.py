@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
+import pyarrow as pa
 import pytest
 import rerun as rr
-from recorded_cases import BEAM_POINTS, DIVERGED, SAMPLES, made_up_cases, made_up_motion
+from recorded_cases import DIVERGED, SAMPLES, made_up_cases, made_up_motion
 from rerun.chunk import Chunk, RrdReader
 
 from flexsim import ModelError, ParameterError, Parameters, RunError
 from flexsim.recording import rerun_file as recording_module
 from flexsim.recording.case import Case
-from flexsim.recording.layout import layout
+from flexsim.recording.curves import APART, CURVES, QUANTITIES, columns, panels
+from flexsim.recording.drawn.map import dashes, sheet_of
+from flexsim.recording.joined import plans_of
+from flexsim.recording.layout import Beside, layout
 from flexsim.recording.rerun_file import RERUN_TOOL, open_recording
-from flexsim.recording.rrd import _notes, write_recording
-from flexsim.recording.scene import dashes
-from flexsim.recording.traces import PANELS, TIMELINE, traces
-from studies.tools.view import ViewConfig, command, recording_of
+from flexsim.recording.rrd import plan_of, write_recording
+from flexsim.recording.scene import remarks
+from flexsim.recording.texts import notes
+from flexsim.recording.traces import TIMELINE
 
 METADATA = {"flexsim": "0.1.0", "seed": "7"}
 SINGLE = 1e-6  # rerun keeps positions in single precision, 24 bits of about 1 m
@@ -48,10 +50,15 @@ def chunks(written: Path) -> list[Chunk]:
     return RrdReader(written).store().stream().to_chunks()
 
 
+def moving(chunks: list[Chunk], path: str) -> pa.RecordBatch:
+    """Return the columns of an entity that changes over time."""
+    (chunk,) = (c for c in chunks if c.entity_path == path and not c.is_static)
+    return chunk.to_record_batch()
+
+
 def rows(chunks: list[Chunk], path: str) -> dict[str, np.ndarray]:
     """Return the time [ns] and the flattened columns of an entity that changes over time."""
-    (chunk,) = (c for c in chunks if c.entity_path == path and not c.is_static)
-    batch = chunk.to_record_batch()
+    batch = moving(chunks, path)
 
     def flat(name: str) -> np.ndarray:
         array = batch.column(name)
@@ -59,7 +66,16 @@ def rows(chunks: list[Chunk], path: str) -> dict[str, np.ndarray]:
             array = array.flatten()
         return array.to_numpy(zero_copy_only=False)
 
-    return {name.split(":")[-1]: flat(name) for name in batch.schema.names[1:]}
+    names = [name for name in batch.schema.names[1:] if "struct" not in str(batch.schema)]
+    return {name.split(":")[-1]: flat(name) for name in names}
+
+
+def curves(chunks: list[Chunk], case: str, component: str) -> dict[str, np.ndarray]:
+    """Return a plant's curves by field, each with the samples that it has."""
+    column = moving(chunks, f"/{case}/{CURVES}").column(component).flatten()
+    return {
+        field.name: column.field(field.name).to_numpy(zero_copy_only=False) for field in column.type
+    }
 
 
 def static(chunks: list[Chunk], path: str) -> dict[str, list]:
@@ -85,74 +101,111 @@ def test_everything_is_on_one_timeline(chunks: list[Chunk]) -> None:
         assert chunk.timeline_names == ([] if chunk.is_static else [TIMELINE])
 
 
-def test_every_panel_has_curves_of_both_plants(chunks: list[Chunk], cases: list[Case]) -> None:
-    recorded = {chunk.entity_path for chunk in chunks if not chunk.is_static}
+def test_every_plot_has_curves_of_both_plants(chunks: list[Chunk], cases: list[Case]) -> None:
     for case in cases:
-        for panel in PANELS:
-            plants = [""] if panel.startswith("difference") else ["/assumed-modes", "/chain"]
-            assert {f"/{case.name}/{panel}{plant}" for plant in plants} <= recorded
-        assert f"/{case.name}/joint/reference" in recorded
+        shown = panels(case, columns(case))
+        assert len(shown) == len(QUANTITIES) + 2
+        for panel in shown:
+            assert panel.low < panel.high and "[" in panel.title
+            for series in panel.series:
+                found = curves(chunks, case.name, series.component)[series.field]
+                assert (
+                    len(found) and panel.low <= np.nanmin(found) <= np.nanmax(found) <= panel.high
+                )
 
 
-def test_scalars_are_the_motions_own(chunks: list[Chunk], cases: list[Case]) -> None:
+def test_curves_are_the_motions_own_in_single_precision(
+    chunks: list[Chunk], cases: list[Case]
+) -> None:
     motion = cases[0].motions["chain"]
-    v = rows(chunks, "/line_tuned/v/chain")
-    assert np.array_equal(v["scalars"], 1000 * motion.v)
-    assert np.array_equal(v[TIMELINE].astype(np.int64), 10_000_000 * np.arange(SAMPLES))
-    torque = rows(chunks, "/line_tuned/torque/chain")["scalars"].reshape(-1, 2)
-    assert np.array_equal(torque, motion.torque)
-    error = rows(chunks, "/line_tuned/tip_error/chain")["scalars"]
-    assert np.allclose(error, 1000 * np.hypot(*(motion.tip - motion.reference_tip).T), rtol=1e-14)
+    found = curves(chunks, "line_tuned", "chain")
+    error = np.hypot(*(motion.tip - motion.reference_tip).T)
+    for name, values in {
+        "v_mm": 1000 * motion.v,
+        "torque_2_Nm": motion.torque[:, 1],
+        "tip_error_mm": 1000 * error,
+        "error_1_mrad": 1000 * motion.error[:, 0],
+        "theta_2_rad": motion.joint[:, 1],
+        "eta_3_mm": 1000 * motion.modal[:, 2],
+        "energy_J": motion.energy,
+    }.items():
+        assert found[name].dtype == np.float32
+        assert np.array_equal(found[name], values.astype(np.float32)), name
+    time = moving(chunks, f"/line_tuned/{CURVES}").column(TIMELINE)
+    step = time.to_numpy(zero_copy_only=False).astype(np.int64)
+    assert np.array_equal(step, 10_000_000 * np.arange(SAMPLES))
 
 
 def test_difference_is_chain_minus_assumed_modes(chunks: list[Chunk], cases: list[Case]) -> None:
     modes, chain = (cases[0].motions[plant] for plant in ("assumed-modes", "chain"))
-    tip = rows(chunks, "/line_tuned/difference/tip")["scalars"].reshape(-1, 3)
-    assert np.array_equal(tip[:, :2], 1000 * (chain.tip - modes.tip))
-    v = rows(chunks, "/line_tuned/difference/v")["scalars"]
-    assert np.array_equal(v, 1000 * (chain.v - modes.v))
+    found = curves(chunks, "line_tuned", APART)
+    tip = np.column_stack([found["x_mm"], found["y_mm"]])
+    assert np.array_equal(tip, (1000 * (chain.tip - modes.tip)).astype(np.float32))
+    assert np.array_equal(found["v_mm"], (1000 * (chain.v - modes.v)).astype(np.float32))
+    assert np.ptp(found["distance_mm"]) > 0.1
 
 
-@pytest.mark.parametrize("plant", ["assumed-modes", "chain"])
-def test_beam_is_the_motions_own(chunks: list[Chunk], cases: list[Case], plant: str) -> None:
-    strips = rows(chunks, f"/line_tuned/scene/{plant}/beam")["strips"]
-    beam = strips.reshape(SAMPLES, BEAM_POINTS, 3)
-    assert np.abs(beam[..., :2] - cases[0].motions[plant].beam).max() < SINGLE
+def test_the_first_arm_is_a_line_where_it_is(chunks: list[Chunk], cases: list[Case]) -> None:
+    motion, p = cases[0].motions["assumed-modes"], Parameters()
+    strips = rows(chunks, "/line_tuned/scene/assumed-modes/links")["strips"]
+    links = strips.reshape(-1, 2, 2, 3)  # of frames
+    every = round(0.02 / 0.01)
+    joint2 = p.L_R * np.column_stack([np.cos(motion.joint[:, 0]), np.sin(motion.joint[:, 0])])
+    assert np.abs(links[:, 0, 0, :2]).max() == 0.0
+    assert np.abs(links[:, 0, 1, :2] - joint2[::every]).max() < SINGLE
+    assert np.abs(links[:, 1, 1, :2] - motion.beam[::every, 0]).max() < SINGLE
+    pieces = rows(chunks, "/line_tuned/scene/assumed-modes/beam")["strips"]
+    ends = pieces.reshape(len(links), -1, 2, 3)
+    assert np.abs(ends[:, 0, 0, :2] - motion.beam[::every, 0]).max() < SINGLE
+    assert np.abs(ends[:, -1, 1, :2] - motion.tip[::every]).max() < SINGLE
 
 
-def test_chain_bodies_stand_where_mujoco_puts_them(chunks: list[Chunk], cases: list[Case]) -> None:
+def test_both_arms_lie_in_one_plane(chunks: list[Chunk]) -> None:
+    """Layers of 0.1 mm, no more: nothing is lifted to be seen."""
+    for chunk in chunks:
+        path = chunk.entity_path
+        if path.startswith("/line_tuned/scene") and path.endswith(("links", "beam", "tip", "path")):
+            found = static(chunks, path) if chunk.is_static else rows(chunks, path)
+            points = found.get("strips", found.get("positions"))
+            if points is not None:
+                flat = (
+                    np.concatenate([np.ravel(each) for each in points])
+                    if chunk.is_static
+                    else points
+                )
+                assert np.abs(flat.reshape(-1, 3)[:, 2]).max() < 2e-3
+
+
+def test_geoms_stand_where_mujoco_puts_them(chunks: list[Chunk], cases: list[Case]) -> None:
     model, motion = cases[0].chain_model, cases[0].motions["chain"]
     assert model is not None
     data = mujoco.MjData(model)
-    k = SAMPLES // 2
-    data.qpos[:] = motion.state[k, : model.nq]
+    k = SAMPLES // 4
+    data.qpos[:] = motion.state[2 * k, : model.nq]
     mujoco.mj_kinematics(model, data)
-    for body in ("link1", "hub", "segment1", "segment6"):
-        pose = rows(chunks, f"/line_tuned/scene/chain/bodies/{body}")
-        assert len(pose[TIMELINE]) == SAMPLES
-        translation = pose["translation"].reshape(-1, 3)[k]
-        assert np.abs(translation - data.body(body).xpos).max() < SINGLE
-        w, *xyz = data.body(body).xquat
-        assert np.abs(pose["quaternion"].reshape(-1, 4)[k] - [*xyz, w]).max() < SINGLE
-
-
-def test_chain_has_its_geometry(chunks: list[Chunk]) -> None:
-    drawn = {
-        chunk.entity_path.split("/")[5]
-        for chunk in chunks
-        if "visual_geom" in str(chunk.entity_path)
-    }
-    assert {"link1", "hub", "segment1", "segment6"} <= drawn
+    boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)
+    found = rows(chunks, "/line_tuned/solids/boxes")
+    centres = found["centers"].reshape(-1, len(boxes), 3)[k]
+    assert np.abs(centres - data.geom_xpos[boxes]).max() < SINGLE
+    x, y, z, w = found["quaternions"].reshape(-1, len(boxes), 4)[k].T
+    own = np.zeros((len(boxes), 4))
+    for i, geom in enumerate(boxes):
+        mujoco.mju_mat2Quat(own[i], data.geom_xmat[geom])
+    assert np.abs(np.abs(np.sum(own * np.column_stack([w, x, y, z]), axis=1)) - 1).max() < SINGLE
+    assert static(chunks, "/line_tuned/solids/boxes")["half_sizes"] == pytest.approx(
+        model.geom_size[boxes], abs=SINGLE
+    )
 
 
 def test_divergence_ends_the_curves_and_is_said(chunks: list[Chunk]) -> None:
-    assert len(rows(chunks, "/line_paper/v/chain")[TIMELINE]) == DIVERGED
-    assert len(rows(chunks, "/line_paper/difference/v")[TIMELINE]) == DIVERGED
-    assert len(rows(chunks, "/line_paper/v/assumed-modes")[TIMELINE]) == SAMPLES
+    assert len(curves(chunks, "line_paper", "chain")["v_mm"]) == DIVERGED
+    assert len(curves(chunks, "line_paper", APART)["v_mm"]) == DIVERGED
+    assert len(curves(chunks, "line_paper", "assumed_modes")["v_mm"]) == SAMPLES
     label = static(chunks, "/line_paper/scene/chain/diverged")["labels"]
     assert label == ["chain: diverged at 1.800 s"]
     assert "diverged at t = 1.800 s" in static(chunks, "/line_paper/notes")["text"][0]
     assert "diverged" not in static(chunks, "/line_tuned/scene/chain/diverged")
+    assert "diverged at t = 1.800 s" in static(chunks, "/overview")["text"][0]
 
 
 def test_recording_explains_itself(written: Path, chunks: list[Chunk]) -> None:
@@ -164,8 +217,6 @@ def test_recording_explains_itself(written: Path, chunks: list[Chunk]) -> None:
     assert about["trajectory"] == ["line"] and about["controllers"] == ["Table 2, line"]
     assert about["setting"] == ["reconstructed"] and about["diverged_chain"] == ["1.8 s"]
     assert "(*assumed*)" in static(chunks, "/parameters")["text"][0]
-    names = static(chunks, "/line_tuned/torque/chain")["names"]
-    assert names == ["tau 1 chain", "tau 2 chain"]
 
 
 def test_blueprint_has_a_tab_per_case(written: Path, cases: list[Case]) -> None:
@@ -181,8 +232,9 @@ def test_blueprint_has_a_tab_per_case(written: Path, cases: list[Case]) -> None:
         ):
             if column in batch.schema.names:
                 found.update(batch.column(column)[0].as_py())
-    assert {case.name for case in cases} <= names
-    assert set(PANELS.values()) <= titles
+    assert {"overview", *(case.name for case in cases)} <= names
+    for case in cases:
+        assert {panel.title for panel in panels(case, columns(case))} <= titles
 
 
 def test_rerun_verifies_the_file(written: Path, tmp_path: Path) -> None:
@@ -203,9 +255,24 @@ def test_same_motions_same_recording(written: Path, cases: list[Case], tmp_path:
 
 
 def test_layout_ids_are_not_random(cases: list[Case]) -> None:
-    corners = [np.zeros((2, 3)), np.ones((2, 3))]
-    first, second = layout(cases, corners), layout(cases, corners)
+    plans = [plan_of(case, sheet_of(case, Parameters()), columns(case)) for case in cases]
+    first, second = (layout([Beside("", plans)]) for _ in range(2))
     assert first.root_container.id == second.root_container.id
+
+
+def test_a_recording_knows_what_it_shows(
+    written: Path, chunks: list[Chunk], cases: list[Case]
+) -> None:
+    plans = [plan_of(case, sheet_of(case, Parameters()), columns(case)) for case in cases]
+    assert list(plans_of(written, chunks)) == plans
+
+
+def test_few_entities_and_chunks_for_eight_cases(cases: list[Case], tmp_path: Path) -> None:
+    """They were 842 and 1323 when every curve and every body was one."""
+    eight = [replace(cases[0], name=f"case_{i}") for i in range(8)]
+    write_recording(tmp_path / "run.rrd", eight, METADATA, Parameters())
+    found = RrdReader(tmp_path / "run.rrd").store().stream().to_chunks()
+    assert len({chunk.entity_path for chunk in found}) < 320 and len(found) < 450
 
 
 def test_writing_is_silent_and_leaves_rerun_as_it_was(
@@ -225,9 +292,16 @@ def test_one_plant_without_model_or_reference(tmp_path: Path) -> None:
         tmp_path / "run.rrd", [Case("free", "-", "-", "none", {"chain": motion})], {}, Parameters()
     )
     paths = {c.entity_path for c in RrdReader(tmp_path / "run.rrd").store().stream().to_chunks()}
-    assert "/free/scene/chain/link1" in paths and "/free/v/chain" in paths
-    assert not paths & {"/free/tip_error/chain", "/free/scene/reference", "/free/joint/reference"}
-    assert not any("difference" in path for path in paths)
+    assert "/free/scene/chain/links" in paths and "/free/curves" in paths
+    assert not paths & {
+        "/free/scene/reference",
+        "/free/solids/boxes",
+        "/free/scene/about_first/rim",
+    }
+    found = RrdReader(tmp_path / "run.rrd").store().stream().to_chunks()
+    assert "v_mm" in curves(found, "free", "chain")
+    assert "tip_error_mm" not in curves(found, "free", "chain")
+    assert APART not in moving(found, "/free/curves").schema.names
 
 
 def test_motion_without_samples_is_left_out(cases: list[Case], tmp_path: Path) -> None:
@@ -239,10 +313,10 @@ def test_motion_without_samples_is_left_out(cases: list[Case], tmp_path: Path) -
     assert not any("/chain" in path for path in paths)
 
 
-def test_traces_need_the_same_times() -> None:
+def test_differences_need_the_same_times() -> None:
     modes, chain = made_up_motion("assumed-modes"), made_up_motion("chain", 6)
     with pytest.raises(ParameterError, match="thin both by the same stride"):
-        traces({"assumed-modes": modes.thinned(2), "chain": chain})
+        columns(Case("x", "-", "-", "-", {"assumed-modes": modes.thinned(2), "chain": chain}))
 
 
 def test_dashes_cover_the_path_with_gaps() -> None:
@@ -294,31 +368,6 @@ def test_rerun_switched_off_is_said(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[], list[list[str]]]:
-    """Stand in for the viewer, which takes down its words and ends well; give what it took."""
-    taken = tmp_path / "taken"
-    tool = f"import json, sys; open({str(taken)!r}, 'a').write(json.dumps(sys.argv[1:]) + chr(10))"
-    monkeypatch.setattr(recording_module, "RERUN_TOOL", (sys.executable, "-c", tool))
-    return lambda: [json.loads(line) for line in taken.read_text().splitlines()]
-
-
-def test_view_opens_a_folder_or_a_file(
-    written: Path, started: Callable[[], list[list[str]]]
-) -> None:
-    command(ViewConfig(written.parent))
-    command(ViewConfig(written, web=True))
-    assert [words[0] for words in started()] == [str(written.resolve())] * 2
-    assert ["--web-viewer" in words for words in started()] == [False, True]
-
-
-def test_view_says_what_would_do(tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").touch()
-    for path in (tmp_path / "missing", tmp_path, tmp_path / "notes.txt"):
-        with pytest.raises(RunError, match=r"give the folder of a run or an \.rrd file"):
-            recording_of(path)
-
-
 def test_viewer_that_fails_is_an_error(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     failing = (sys.executable, "-c", "raise SystemExit(1)")
     monkeypatch.setattr(recording_module, "RERUN_TOOL", failing)
@@ -331,17 +380,21 @@ def test_viewer_that_fails_is_an_error(written: Path, monkeypatch: pytest.Monkey
 def test_what_hardware_changes_is_shown_beside_what_it_was() -> None:
     """And the hardware is in the case's notes."""
     case = made_up_cases()[0]
-    assert not [each for each in traces(case.motions) if each.path.count("/") > 1]
-    assert "| hardware | ideal |" in _notes(case)
+    sheet = sheet_of(case, Parameters())
+    assert "| hardware | ideal |" in notes(case, remarks(case, sheet))
     motion = case.motions["assumed-modes"]
-    noisy = motion.measured + np.array([0.0, 0.0, 1e-3])
-    limited = replace(motion, applied=np.clip(motion.torque, -0.5, 0.5), measured=noisy)
-    found = [each for each in traces({"assumed-modes": limited}) if each.path.count("/") > 1]
-    assert [each.path for each in found] == [
-        "torque/applied/assumed-modes",
-        "v/measured/assumed-modes",
-    ]
-    assert found[0].names == ("tau 1 assumed modes, applied", "tau 2 assumed modes, applied")
-    assert np.array_equal(found[0].values, limited.applied)
-    assert found[1].values[:, 0] == pytest.approx(1e3 * motion.v + 1.0)
-    assert "| hardware | bench |" in _notes(replace(case, hardware="bench"))
+    limited = replace(motion, applied=np.clip(motion.torque, -0.5, 0.5))
+    for each, seen in ((motion, set()), (limited, {"torque_1_applied_Nm"})):
+        alone = replace(case, motions={"assumed-modes": each})
+        (table,) = columns(alone)
+        drawn = {s.field for panel in panels(alone, [table]) for s in panel.series}
+        assert {name for name in drawn if "applied" in name} == seen
+    assert np.array_equal(
+        table.components["assumed_modes"]["torque_1_applied_Nm"], limited.applied[:, 0]
+    )
+
+
+def test_texts_from_outside_are_no_markdown() -> None:
+    case = replace(made_up_cases()[0], trajectory="a|b *c* <d> [e](f)")
+    said = notes(case, ["-"])
+    assert "a\\|b \\*c\\* \\<d\\> \\[e\\](f)" in said

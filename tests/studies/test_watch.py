@@ -351,8 +351,10 @@ def test_the_recording_holds_arms_curves_modes_and_history(saves: list[Save]) ->
     moving = {c.entity_path for c in chunks if not c.is_static}
     still = {c.entity_path for c in chunks if c.is_static}
     for plant in ("assumed-modes", "chain"):
-        assert {f"/arm/v/{plant}", f"/arm/scene/{plant}/beam", f"/arm/scene/{plant}/tip"} <= moving
-    assert {"/arm/v/before", "/arm/difference/tip", "/arm/scene/chain/bodies/segment6"} <= moving
+        assert {f"/arm/scene/{plant}/beam", f"/arm/scene/{plant}/tip"} <= moving
+    assert {"/arm/curves", "/arm/before", "/arm/solids/boxes"} <= moving
+    (curves,) = (c for c in chunks if c.entity_path == "/arm/curves")
+    assert {"assumed_modes", "chain", "difference"} <= set(curves.to_record_batch().schema.names)
     assert {"/frequencies", "/differences", "/mode_shapes/lines", "/history/marks"} <= still
     (history,) = (c for c in chunks if c.entity_path == "/history_hz" and not c.is_static)
     assert history.timeline_names == ["save"]
