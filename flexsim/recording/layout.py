@@ -21,6 +21,7 @@ from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMa
 from rerun.components import Plane3D
 
 from flexsim.recording.colours import BACKGROUND
+from flexsim.recording.drawn.states import KEY
 from flexsim.recording.panels import Page, Panel, Plan, Series
 from flexsim.recording.rerun_file import fix_ids
 from flexsim.recording.traces import TIMELINE
@@ -29,6 +30,7 @@ CAMERA, SOLIDS = "top", "solids"  # of the scene, see `flexsim.recording.scene`
 GRID_SPACING = 0.1  # [m]
 EYE = np.array([0.04, -0.62, 0.72])  # of the eye from the centre, in spans of the scene
 OVERVIEW = "overview"
+SHARES: dict[type, float] = {rrb.StateTimelineView: 1.3}  # of the height, where plots have 1
 ABOUT = (("robot", "parameters"), ("run", "run"))  # texts that a recording has once
 
 
@@ -132,13 +134,14 @@ def _plots(of: Beside, plan: Plan) -> rrb.Container:
     for panel in plan.panels:
         tabs.setdefault(panel.tab, []).append(plot(of, plan, panel))
     if plan.states:
-        lanes = rrb.StateTimelineView(
-            origin=of.path(f"{plan.name}/states"), name="dead zone and stick-slip"
-        )
+        lanes = rrb.StateTimelineView(origin=of.path(f"{plan.name}/states"), name=f"joints · {KEY}")
         tabs.setdefault("joints", []).append(lanes)
     if not tabs:
         return rrb.Vertical(*_texts(of, plan))
-    columns = [rrb.Vertical(*views, name=name) for name, views in tabs.items()]
+    columns = [
+        rrb.Vertical(*views, name=name, row_shares=[SHARES.get(type(v), 1.0) for v in views])
+        for name, views in tabs.items()
+    ]
     return columns[0] if len(columns) == 1 else rrb.Tabs(*columns)
 
 

@@ -53,9 +53,8 @@ def notes(case: Case, remarks: Sequence[str]) -> str:
         ("hardware", escaped(case.hardware)),
         *((spoken(plant), _told(case, plant)) for plant in case.motions),
     ]
-    parts = [table(head, rows)]
-    if case.merit:
-        parts.append(merit_table(case))
+    parts = [merit_table(case)] if case.merit else []
+    parts.append(table(head, rows))
     parts.append("\n".join(f"- {each}" for each in remarks))
     return "\n\n".join(parts)
 

@@ -41,6 +41,21 @@ def answers(url: str) -> bool:
     return True
 
 
+def running_or_new(url: str | None = None) -> str:
+    """Return the address of a viewer: the given one, that on this machine, or a new one's.
+
+    Raises:
+        ParameterError: it is no address of a viewer.
+        RunError: the given one does not answer, or none can be started.
+    """
+    if url is not None:
+        require_viewer(url)
+        return url
+    if not answers(DEFAULT_URL):
+        start_viewer()
+    return DEFAULT_URL
+
+
 def require_viewer(url: str) -> None:
     """Raise a RunError unless a viewer answers there."""
     if not answers(url):

@@ -32,7 +32,7 @@ OWN = {
         payloads long_hold exact exact_spread exact_payload""",
     FILE: "columns time_unit gap",
     RUNNING: "quick seed threads rounds resume workers batch_seconds cluster code once",
-    OUTPUT: "out force json format traces rrd viewer connect export web",
+    OUTPUT: "out force json format traces rrd viewer connect export web save live",
 }
 OF_NAME = {name: panel for panel, names in OWN.items() for name in names.split()}
 WITHIN = {  # by the option that others are within

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from flexsim.errors import RunError
 from flexsim.files.atomic import write_text
 from flexsim.numerics.types import Array
-from flexsim.recording.tuning_rrd import write_convergence
+from flexsim.recording.tuning.convergence import write_convergence
 from studies.core.figures import BLUE, FONT, GREEN, ORANGE, canvas, finish, save
 from studies.core.folder import to_json
 from studies.core.table import Column, Table

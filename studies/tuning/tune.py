@@ -32,14 +32,15 @@ from studies.core.study_options import check_threads
 from studies.core.text import spelled
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
-from studies.tuning.genetic import Generation, Search
+from studies.tuning.genetic import Generation, OnGeneration, Search
 from studies.tuning.individuals import TEXTBOOK
 from studies.tuning.kept import GENERATIONS, HEADER
-from studies.tuning.live import live
 from studies.tuning.problem import Problem, distribution_for, problem_of, tune
 from studies.tuning.record import Record
 from studies.tuning.scenarios import Perturbation, perturbations, robot_of
 from studies.tuning.screened_draws import Screened, screened
+from studies.tuning.showing.in_viewer import viewed
+from studies.tuning.showing.terminal import live
 from studies.tuning.tuning import Tuning
 
 DEFAULT_OUT = Path("runs/tune")
@@ -133,6 +134,11 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Folder of a run to continue instead of a new one; its own settings hold."""
     threads: int | None = None
     """Threads; all cores unless given. Results do not depend on it."""
+    live: bool = False
+    """Show every generation, and how the best individual moves, in the rerun viewer."""
+    connect: str | None = None
+    """With --live, the viewer to send to, as rerun+http://127.0.0.1:9876/proxy; the one running on
+    this machine, or else a new one, unless given."""
     json: bool = False
     """Print one JSON object instead of the table."""
 
@@ -274,14 +280,14 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
 
 
 def carry_out(
-    folder: Path, record: Record, problem: Problem, start: Start
+    folder: Path, record: Record, problem: Problem, start: Start, viewer: OnGeneration | None
 ) -> tuple[Search, dict[str, float]]:
     """Return the search, every new generation kept in the folder as soon as it is there.
 
     And the best's index by plant, where it was rated on others than were simulated.
 
     Args:
-        start: called before the first generation is kept.
+        start: called before the first generation is kept. viewer: is shown every generation.
     """
     tuning, kept = record.tuning, len(record.generations)
 
@@ -292,6 +298,8 @@ def carry_out(
         tune_folder.append(folder, new)
         kept = new.number + 1
         show(new)
+        if viewer is not None:
+            viewer(new)
 
     def interrupted() -> str:
         again = f"continue with flexsim tune --resume {folder}"
@@ -307,16 +315,32 @@ def carry_out(
     return search, rated
 
 
+def _viewer(
+    held: ExitStack, config: TuneConfig, record: Record, problem: Problem
+) -> OnGeneration | None:
+    """Return what shows generations in the viewer, if that is asked for.
+
+    Raises:
+        RunError: there is no viewer, and none can be started.
+    """
+    if not config.live:
+        return None
+    return held.enter_context(viewed(record, problem, config.connect))
+
+
 def command(config: TuneConfig) -> None:
     """Run the tuner, from the start or on, and write its folder."""
     if config.resume and (config.out or config.force):
         raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
+    if config.connect is not None and not config.live:
+        raise ParameterError("--connect has no effect: nothing is shown; add --live")
     folder = config.resume or config.out or DEFAULT_OUT
     with ExitStack() as held:
         if config.resume:
             held.enter_context(locked(folder))
             record, problem = take_up(config, folder)
-            search, rated = carry_out(folder, record, problem, lambda: None)
+            viewer = _viewer(held, config, record, problem)
+            search, rated = carry_out(folder, record, problem, lambda: None, viewer)
         else:
             record, problem, make_folder = begin(config)
 
@@ -324,7 +348,8 @@ def command(config: TuneConfig) -> None:
                 make_folder()
                 held.enter_context(locked(folder))
 
-            search, rated = carry_out(folder, record, problem, start)
+            viewer = _viewer(held, config, record, problem)
+            search, rated = carry_out(folder, record, problem, start, viewer)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
         more: dict[str, Any] = {"screened": vars(tally)} if tally else {}

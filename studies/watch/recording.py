@@ -40,7 +40,7 @@ from flexsim.recording.rerun_file import APPLICATION, log_text, new_stream, stri
 from flexsim.recording.rrd import log_columns, plan_of
 from flexsim.recording.scene import log_scene
 from flexsim.recording.traces import CHAIN, MM
-from flexsim.recording.viewer import DEFAULT_URL, answers, require_viewer, start_viewer
+from flexsim.recording.viewer import DEFAULT_URL, require_viewer, running_or_new
 from studies.core.options import DIFFERENCES
 from studies.core.table import Table
 from studies.watch.charts import BOUNDS, history_rows, log_chart, shape_rows
@@ -228,9 +228,7 @@ class Viewer:
         Raises:
             RunError: none can be started.
         """
-        if not answers(DEFAULT_URL):
-            start_viewer()
-        return cls()
+        return cls(running_or_new())
 
     def show(self, saves: Sequence[Save], error: str | None = None) -> None:
         """Send a recording of a good save; else what is wrong, into the last recording.

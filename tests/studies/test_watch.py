@@ -29,7 +29,6 @@ from flexsim.mjcf.reading.names import Names
 from flexsim.recording import viewer as watch_viewer
 from flexsim.recording.viewer import answers
 from studies.main import main
-from studies.watch import recording as watch_recording
 from studies.watch import watch as watch_module
 from studies.watch.files import POLL, snapshot_of
 from studies.watch.recording import RecordingFile, changes_of, text_of
@@ -334,8 +333,7 @@ def test_without_a_viewer_it_prints(
 ) -> None:
     broken = (sys.executable, "-c", "import sys; sys.exit(1)")
     monkeypatch.setattr(watch_viewer, "RERUN_TOOL", broken)
-    for module in (watch_recording, watch_viewer):
-        monkeypatch.setattr(module, "answers", lambda url: False)
+    monkeypatch.setattr(watch_viewer, "answers", lambda url: False)
     monkeypatch.setattr(watch_viewer, "STAYS", 0.0)
     assert main("watch my.xml --once".split()) == 0
     said = capsys.readouterr()

@@ -14,7 +14,8 @@ from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
 from flexsim.recording.colours import Colour
 
-STATES = ("driven", "in the dead zone", "sticks", "switches within 20 ms")
+STATES = ("driven", "dead zone", "sticks", "switches")
+KEY = "blue: driven · pink: in the dead zone · grey: sticks there · green: switches within 20 ms"
 STATE_COLOURS: tuple[Colour, ...] = (
     (0, 114, 178),
     (204, 121, 167),

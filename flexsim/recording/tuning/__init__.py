@@ -1,0 +1,1 @@
+"""Tunings recorded: their convergence as a file, their course in a viewer while they run."""
