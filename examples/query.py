@@ -2,9 +2,9 @@
 
     python examples/query.py runs/compare/run.rrd
 
-A recording is also a table: rerun's dataframe interface (`pip install 'flexsim[query]'`) gives every
-sample of every curve. A plant's curves are one column, a structure whose fields end with their
-unit; poses and the rest have columns of their own, by the path of what is drawn.
+A recording is also a table: rerun's dataframe interface (`pip install 'flexsim[query]'`) gives
+every sample of every curve. A plant's curves are one column, a structure whose fields end with
+their unit; poses and the rest have columns of their own, by the path of what is drawn.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from flexsim.numerics.types import Array
 from flexsim.recording.band import Band
 from flexsim.recording.case import Case
 from flexsim.recording.colours import DIFFERENCE, Colour, colour, dimmed, word
-from flexsim.recording.panels import Panel, Series, rounded
+from flexsim.recording.panels import DENSEST, Panel, Series, rounded
 from flexsim.recording.traces import MM, difference, longest, spoken
 
 CURVES, BAND, APART = "curves", "band", "difference"  # two entities; a component
@@ -31,6 +31,7 @@ BROAD, THIN, FINE = 3.4, 1.2, 0.7  # widths of curves [points]: the first plant'
 DIM = 0.62  # brightness of what belongs to a curve: ends of its band, what hardware made of it
 UNCHANGED = 1e-9  # what a chain's v differs by when it is computed in another way, and less
 MODES_SHOWN = 3
+LOW = 5  # labels at most of an axis in a tab that has lanes of states, too
 BAND_STEP = 0.005  # [s] over which the ends of all runs are taken together
 DISTANCES = ("x_mm", "y_mm", "distance_mm")
 DISTANCE_WIDTHS = (0.8, 1.6, 3.0)
@@ -204,7 +205,8 @@ def panel_of(case: Case, tables: Mapping[str, Columns], quantity: Quantity) -> P
     if any(each.entity == BAND for each in series):
         words.append("finest: ends of all runs")
     title = " · ".join([quantity.title, *words])
-    return Panel(quantity.tab, title, *rounded(_ends(tables, series)), tuple(series))
+    densest = LOW if quantity.tab == JOINTS else DENSEST
+    return Panel(quantity.tab, title, *rounded(_ends(tables, series), densest), tuple(series))
 
 
 def _fields(tables: Mapping[str, Columns], entity: str, name: str) -> Fields:

@@ -20,7 +20,7 @@ from rerun.chunk import Chunk, RrdReader
 from flexsim.errors import RunError
 from flexsim.recording.layout import OVERVIEW, Beside, layout
 from flexsim.recording.panels import Page, Plan, plans_from
-from flexsim.recording.rerun_file import APPLICATION, PLANS, log_text, new_stream, write_rrd
+from flexsim.recording.rerun_file import PLANS, arranged_as, log_text, new_stream, write_rrd
 
 PROPERTIES = "/__properties"
 
@@ -131,7 +131,7 @@ def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
                 _log_page(stream, entity, each.content)
 
     identity = uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
-    stream = new_stream(APPLICATION, identity)
+    stream = new_stream(arranged_as(repr((every, shown))), identity)
     write_rrd(path, stream, layout(every, shown=shown), log)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import uuid
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -30,6 +30,7 @@ CAMERA, SOLIDS = "top", "solids"  # of the scene, see `flexsim.recording.scene`
 GRID_SPACING = 0.1  # [m]
 EYE = np.array([0.04, -0.62, 0.72])  # of the eye from the centre, in spans of the scene
 OVERVIEW = "overview"
+NARROW_PLOTS = 2  # above each other, where recordings stand side by side
 SHARES: dict[type, float] = {rrb.StateTimelineView: 1.3}  # of the height, where plots have 1
 ABOUT = (("robot", "parameters"), ("run", "run"))  # texts that a recording has once
 
@@ -128,7 +129,7 @@ def plot(of: Beside, plan: Plan, panel: Panel) -> rrb.TimeSeriesView:
     )
 
 
-def _plots(of: Beside, plan: Plan) -> rrb.Container:
+def _plots(of: Beside, plan: Plan, narrow: bool = False) -> rrb.Container:
     """Return the plots of a case, a tab for each kind; its states below its joints' plots."""
     tabs: dict[str, list[rrb.View]] = {}
     for panel in plan.panels:
@@ -139,10 +140,19 @@ def _plots(of: Beside, plan: Plan) -> rrb.Container:
     if not tabs:
         return rrb.Vertical(*_texts(of, plan))
     columns = [
-        rrb.Vertical(*views, name=name, row_shares=[SHARES.get(type(v), 1.0) for v in views])
-        for name, views in tabs.items()
+        rrb.Vertical(*views, name=title, row_shares=[SHARES.get(type(v), 1.0) for v in views])
+        for name, every in tabs.items()
+        for title, views in _stacks(name, every, NARROW_PLOTS if narrow else len(every))
     ]
     return columns[0] if len(columns) == 1 else rrb.Tabs(*columns)
+
+
+def _stacks(
+    name: str, views: Sequence[rrb.View], most: int
+) -> Iterator[tuple[str, Sequence[rrb.View]]]:
+    """Give the views of a tab in stacks of so many at most: lower ones have no room for labels."""
+    for i, start in enumerate(range(0, len(views), most)):
+        yield (f"{name} {i + 1}" if i else name), views[start : start + most]
 
 
 def _texts(of: Beside, plan: Plan) -> list[rrb.View]:
@@ -161,10 +171,11 @@ def _tab(of: Beside, plan: Plan, narrow: bool = False) -> rrb.Container:
         if narrow:
             return rrb.Vertical(plots, texts, row_shares=[7, 3], name=of.title or plan.name)
         return rrb.Horizontal(plots, texts, column_shares=[7, 3], name=plan.name)
-    below = rrb.Tabs(*_texts(of, plan), space_view(of, plan))
     if narrow:
-        parts = (top_view(of, plan), _plots(of, plan), below)
-        return rrb.Vertical(*parts, row_shares=[4, 5, 2], name=of.title or plan.name)
+        views = rrb.Tabs(top_view(of, plan), *_texts(of, plan), space_view(of, plan))
+        parts = (views, _plots(of, plan, narrow))
+        return rrb.Vertical(*parts, row_shares=[4, 7], name=of.title or plan.name)
+    below = rrb.Tabs(*_texts(of, plan), space_view(of, plan))
     left = rrb.Vertical(top_view(of, plan), below, row_shares=[7, 3])
     return rrb.Horizontal(left, _plots(of, plan), column_shares=[50, 50], name=plan.name)
 

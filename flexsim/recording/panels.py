@@ -19,7 +19,7 @@ from flexsim.recording.colours import Colour
 from flexsim.recording.traces import TIMELINE
 
 HEADROOM = 0.05  # beside the curves, as a share of what they span
-DENSEST, LABELS = 6, 2  # labels that an axis holds at most, and is to have at least
+DENSEST, LABELS = 7, 2  # labels that an axis holds at most, of a fourth of a column; at least
 CHEAP = 0.08  # of the span, which an axis is extended by to have one more
 SMALLEST = 1e-3  # span of an axis, in its unit
 
@@ -106,16 +106,21 @@ def plans_from(text: str) -> tuple[Plan, ...]:
         raise RunError(f"the recording's plan cannot be read at {where or 'its start'}") from None
 
 
-def rounded(values: Iterable[float]) -> tuple[float, float]:
+def rounded(values: Iterable[float], densest: int = DENSEST) -> tuple[float, float]:
     """Return ends of an axis beyond the values, with two or more powers of ten's multiples inside.
 
     The viewer labels an axis at multiples of one power of ten, as far as they are not too dense: an
     axis that just holds its curves may have one label, or none.
+
+    Args:
+        values: those not finite are left out. densest: labels for which there is room.
     """
     finite = [float(each) for each in values if math.isfinite(each)] or [0.0]
     low, high = min(finite), max(finite)
+    if low == high:
+        low, high = low - 1.0, high + 1.0
     span = max(high - low, 1e-6 * max(abs(low), abs(high)), SMALLEST)
-    pitch = 10.0 ** math.ceil(math.log10(span / DENSEST) - 1e-9)
+    pitch = 10.0 ** math.ceil(math.log10(span / densest) - 1e-9)
     margin = HEADROOM * max(span, pitch)
     low, high = low - margin, high + margin
     below, above = pitch * (math.ceil(low / pitch) - 1), pitch * (math.floor(high / pitch) + 1)

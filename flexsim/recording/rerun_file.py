@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -35,6 +36,14 @@ def strict() -> Iterator[None]:
         yield
     finally:
         rr.set_strict_mode(before)
+
+
+def arranged_as(text: str) -> str:
+    """Return the application of recordings that are arranged alike.
+
+    The viewer keeps one arrangement for each application, so what shows other things is another.
+    """
+    return f"{APPLICATION} {hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def new_stream(application: str, identity: uuid.UUID) -> rr.RecordingStream:

@@ -30,6 +30,7 @@ from flexsim.recording.panels import Plan, plans_text
 from flexsim.recording.rerun_file import (
     APPLICATION,
     PLANS,
+    arranged_as,
     log_properties,
     log_text,
     new_stream,
@@ -155,5 +156,5 @@ def write_recording(
         for case, sheet, tables in zip(cases, sheets, curves, strict=True):
             log_case(stream, case, parameters, sheet, tables)
 
-    stream = new_stream(APPLICATION, _identity(cases, metadata))
+    stream = new_stream(arranged_as(plans_text(plans)), _identity(cases, metadata))
     write_rrd(path, stream, layout([Beside("", plans)]), log)

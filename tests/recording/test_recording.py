@@ -210,7 +210,7 @@ def test_divergence_ends_the_curves_and_is_said(chunks: list[Chunk]) -> None:
 
 def test_recording_explains_itself(written: Path, chunks: list[Chunk]) -> None:
     (store,) = RrdReader(written).recordings()
-    assert store.application_id == "flexsim"
+    assert store.application_id.startswith("flexsim ")
     assert static(chunks, "/__properties")["name"] == ["flexsim"]
     assert static(chunks, "/__properties/run") == {"flexsim": ["0.1.0"], "seed": ["7"]}
     about = static(chunks, "/__properties/line_paper")
@@ -222,7 +222,8 @@ def test_recording_explains_itself(written: Path, chunks: list[Chunk]) -> None:
 def test_blueprint_has_a_tab_per_case(written: Path, cases: list[Case]) -> None:
     reader = RrdReader(written)
     (blueprint,) = reader.blueprints()
-    assert blueprint.application_id == "flexsim"
+    (store,) = reader.recordings()
+    assert blueprint.application_id == store.application_id
     names, titles = set(), set()
     for chunk in reader.stream(store=blueprint).to_chunks():
         batch = chunk.to_record_batch()

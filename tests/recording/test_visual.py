@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -25,13 +25,13 @@ from rerun.experimental import ViewerClient
 
 from flexsim import Parameters
 from flexsim.loop.friction import Friction
+from flexsim.recording import rrd
 from flexsim.recording.case import Case
-from flexsim.recording.colours import COLOURS, DIFFERENCE, FAINT, dimmed
+from flexsim.recording.colours import BACKGROUND, COLOURS, DIFFERENCE, FAINT, dimmed
 from flexsim.recording.curves import columns
 from flexsim.recording.drawn.arms import elbow
 from flexsim.recording.drawn.map import GRID, sheet_of
 from flexsim.recording.joined import Part, write_joined
-from flexsim.recording.layout import Beside, layout
 from flexsim.recording.panels import Plan
 from flexsim.recording.rrd import plan_of, write_recording
 from flexsim.recording.scene import HOLLOW
@@ -43,7 +43,7 @@ PATIENCE = 15.0  # [s] for a viewer on a busy machine
 NOW = 1.2  # [s] at which is looked
 PIXEL = 1.0  # by which what is drawn may be off, beside half a line's width
 CLOSE = 60  # of a colour, summed over its channels
-LABEL = 70  # brightness of a tick's label and more
+LABEL = 110  # brightness of a tick's label and more
 
 
 @dataclass
@@ -75,7 +75,7 @@ class Screen:
             if view.view_class in kinds:
                 try:
                     png = self.client.take_screenshot(view.view_id)
-                except RuntimeError as error:  # in a tab that is not open
+                except (ConnectionError, RuntimeError) as error:  # in a tab that is not open
                     assert "not found" in str(error)
                     continue
                 found[view.name] = np.array(Image.open(io.BytesIO(png)).convert("RGB"), int)
@@ -107,8 +107,12 @@ def recording(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def plan(case: Case) -> Plan:
-    return plan_of(case, sheet_of(case, Parameters()), columns(case))
+def written(plan: Plan, case: Case, folder: Path) -> Path:
+    """Return a recording of a case that is laid out by another plan."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rrd, "plan_of", lambda *_: plan)
+        write_recording(folder / "planned.rrd", [case], {}, Parameters())
+    return folder / "planned.rrd"
 
 
 def of_colour(image: np.ndarray, rgb: Any) -> np.ndarray:
@@ -123,12 +127,12 @@ def blocks(lit: np.ndarray) -> int:
 
 def require_ticks(name: str, image: np.ndarray) -> None:
     """Require two labels or more on both axes: numbers left of the plot, times below it."""
-    bright = image.min(axis=2) > LABEL
+    text = (image.min(axis=2) > LABEL) & (np.ptp(image, axis=2) < 25)  # curves have colours
     height = image.shape[0]
-    frame = np.flatnonzero(bright[: height - 30, :60].mean(axis=0) > 0.9)
-    left = bright[: height - 24, : frame[0] if frame.size else 26]
+    lit = (image.sum(axis=2) > image[0, 0].sum() + 6)[: height - 26].mean(axis=0)
+    left = text[: height - 24, : int(np.flatnonzero(lit > 0.9)[0])]  # of the plot's own edge
     assert blocks(left.any(axis=1)) >= 2, f"{name}: labels of the y-axis"
-    below = bright[height - 20 :].any(axis=0)
+    below = text[height - 20 :].any(axis=0)
     gaps = np.convolve(below, np.ones(9), "same") > 0  # letters of one label are one
     assert blocks(gaps) >= 2, f"{name}: labels of the time axis"
 
@@ -143,15 +147,18 @@ class Scale:
     @classmethod
     def of(cls, image: np.ndarray, corners: np.ndarray) -> Scale:
         """Return the scale of a map, whose grid covers corners (2, 2) [m]."""
-        line = np.abs(image - np.array(dimmed(FAINT, 0.6))).sum(axis=2) < 12
+        low, high = sum(BACKGROUND) + 12, sum(dimmed(FAINT, 0.6)) + 12
+        line = (image.sum(axis=2) > low) & (image.sum(axis=2) < high) & (np.ptp(image, axis=2) < 12)
         found = []
         for axis in (0, 1):
             share = line.mean(axis=axis)
-            at = np.flatnonzero(share > 0.5 * share.max())
+            at = np.flatnonzero(share > 0.6 * share.max())
             groups = np.split(at, np.flatnonzero(np.diff(at) > 2) + 1)
-            centres = np.array([each.mean() for each in groups])
             steps = round((corners[1, axis] - corners[0, axis]) / GRID)
+            lines = groups[-steps - 1 :] if axis == 0 else groups[: steps + 1]  # no labels' edges
+            centres = np.array([each.mean() for each in lines])
             assert len(centres) == steps + 1, "lines of the grid"
+            assert np.ptp(np.diff(centres)) < 2, "lines of the grid"
             metres = corners[0, axis] + GRID * np.arange(steps + 1)
             found.append(np.polyfit(metres, centres if axis == 0 else centres[::-1], 1))
         assert found[0][0] == pytest.approx(-found[1][0], rel=0.01)  # one scale, y upwards
@@ -182,7 +189,7 @@ def drawn_arms(case: Case, t: float) -> dict[str, np.ndarray]:
 
 
 def test_both_arms_are_where_they_are(screen: Screen, recording: Path, case: Case) -> None:
-    """To a pixel of the map's own axes; and not where they were a tenth of a second before."""
+    """To a pixel of the map's own axes; and not where they were a second before."""
     screen.show(recording)
     (image,) = screen.views("2D").values()
     scale = Scale.of(image, sheet_of(case, Parameters()).corners)
@@ -194,22 +201,19 @@ def test_both_arms_are_where_they_are(screen: Screen, recording: Path, case: Cas
             return np.linalg.norm(wanted[:, None] - lit[None], axis=2).min(axis=1)
 
         assert np.quantile(away(NOW), 0.9) <= PIXEL + 0.5, plant
-        assert np.quantile(away(NOW - 0.1), 0.9) > 3, plant
+        assert np.quantile(away(NOW - 1.0), 0.9) > 3, plant
 
 
 @pytest.mark.parametrize("tab", ["tracking", "joints", "beam"])
 def test_every_plot_has_ticks_and_curves(
-    screen: Screen, recording: Path, case: Case, tab: str, tmp_path: Path
+    screen: Screen, case: Case, tab: str, tmp_path: Path
 ) -> None:
-    own = plan(case)
-    chosen = replace(own, panels=tuple(each for each in own.panels if each.tab == tab))
-    layout([Beside("", [replace(chosen, states=tab == "joints")])]).save(
-        "flexsim", str(tmp_path / "tab.rbl")
-    )
-    screen.show(recording, tmp_path / "tab.rbl")
+    own = plan_of(case, sheet_of(case, Parameters()), columns(case))
+    chosen = tuple(each for each in own.panels if each.tab == tab)
+    screen.show(written(replace(own, panels=chosen, states=tab == "joints"), case, tmp_path))
     seen = screen.views("TimeSeries")
-    assert set(seen) == {panel.title for panel in chosen.panels}
-    for panel in chosen.panels:
+    assert set(seen) == {panel.title for panel in chosen}
+    for panel in chosen:
         image = seen[panel.title]
         require_ticks(panel.title, image)
         for series in panel.series:
@@ -258,20 +262,10 @@ def test_a_tuning_has_ticks_and_curves(screen: Screen, tmp_path: Path) -> None:
         assert of_colour(image, (86, 180, 233)).any() or "share" in name
 
 
-def test_a_plot_without_labels_would_be_noticed(
-    screen: Screen, recording: Path, case: Case, tmp_path: Path
-) -> None:
-    """Negative control: an axis that holds its curves and no more has one label, or none."""
-    own = plan(case)
-    narrow = replace(own.panels[0], low=10.2, high=17.7)
-    layout([Beside("", [replace(own, panels=(replace(narrow, low=0.11, high=19.9),) * 4)])]).save(
-        "flexsim", str(tmp_path / "bad.rbl")
-    )
-    screen.show(recording, tmp_path / "bad.rbl")
-    failed: list[Callable[[], None]] = []
-    for name, image in screen.views("TimeSeries").items():
-        try:
-            require_ticks(name, image)
-        except AssertionError:
-            failed.append(lambda: None)
-    assert failed
+def test_a_plot_without_labels_would_be_noticed(screen: Screen, case: Case, tmp_path: Path) -> None:
+    """Negative control: an axis that just holds its curves may have one label, or none."""
+    own = plan_of(case, sheet_of(case, Parameters()), columns(case))
+    narrow = replace(own.panels[0], low=0.5, high=19.5)
+    screen.show(written(replace(own, panels=(narrow, *own.panels[1:4])), case, tmp_path))
+    with pytest.raises(AssertionError, match="labels of the y-axis"):
+        require_ticks(narrow.title, screen.views("TimeSeries")[narrow.title])

@@ -24,6 +24,7 @@ from flexsim.recording.panels import Panel, Plan, Series, plans_text, rounded
 from flexsim.recording.rerun_file import (
     APPLICATION,
     PLANS,
+    arranged_as,
     log_properties,
     log_text,
     new_stream,
@@ -135,5 +136,5 @@ def write_convergence(
         log_text(stream, "run", texts.run(metadata))
         log_course(stream, course)
 
-    stream = new_stream(APPLICATION, _identity(course, metadata))
+    stream = new_stream(arranged_as(plans_text(plans)), _identity(course, metadata))
     write_rrd(path, stream, layout([Beside("", plans)]), log)
