@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
-from flexsim.recording.band import Band
+from flexsim.recording.band import Band, PairBand
 from flexsim.recording.traces import longest
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ class Case:
         reference: all of it, also after a divergence; without it, as far as the longer motion.
         bands: by the plant's name, what its repeats cover; not of every plant.
         shown: by the plant's name, which of its runs the motion is.
+        pairs: how far apart the two plants are in pairs of runs, if runs were repeated.
+        torque_limit: of the motors of joints 1 and 2 [N m], inf for none.
 
     Raises:
         ParameterError: a name that no entity path can carry, or no motion.
@@ -47,6 +50,8 @@ class Case:
     hardware: str = "ideal"
     bands: Mapping[str, Band] = field(default_factory=dict)
     shown: Mapping[str, str] = field(default_factory=dict)
+    pairs: PairBand | None = None
+    torque_limit: tuple[float, float] = (math.inf, math.inf)
 
     def __post_init__(self) -> None:
         """Refuse what could not be recorded."""

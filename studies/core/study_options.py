@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import tyro
 
@@ -22,7 +22,7 @@ from flexsim.loop.runs import thread_count
 from studies.core.options import HardwareOptions, RobotOptions
 
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
-NAMES = ("plants", "settings", "controllers")  # lists that name each once
+NAMES = ("plants", "settings", "controllers", "format")  # lists that name each once
 
 Out = Annotated[Path, tyro.conf.arg(help="Folder of the run, made anew.")]
 Perturbations = Annotated[
@@ -37,6 +37,8 @@ SettingName = Annotated[
     ),
 ]
 Controllers = Annotated[tuple[str, ...], tyro.conf.arg(aliases=["--controller"])]
+Format = Literal["png", "pdf", "svg"]
+FORMATS: tuple[Format, ...] = ("png", "pdf", "svg")
 Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
 
 
@@ -56,6 +58,8 @@ class StudyOptions(HardwareOptions, RobotOptions):
     """A small part only, for a first impression in seconds."""
     json: bool = False
     """Print one JSON object instead of the tables."""
+    format: tuple[Format, ...] = FORMATS
+    """Of the figures, each once."""
 
     @property
     def for_tuning(self) -> dict[str, Any]:
@@ -131,7 +135,8 @@ def check(config: Any) -> None:
     for name in NAMES:
         given = getattr(config, name, ("any",))
         if not given or len(set(given)) != len(given):
-            raise ParameterError(f"{name} are {' '.join(given) or 'empty'}; name each once")
+            many = name if name.endswith("s") else f"{name}s"
+            raise ParameterError(f"{many} are {' '.join(given) or 'empty'}; name each once")
     check_threads(getattr(config, "threads", None))
     if isinstance(config, HardwareOptions):
         _ = config.built  # refuses what there is not

@@ -1,0 +1,1 @@
+"""What prints beside the files that programs read: tables in LaTeX and markdown."""
