@@ -43,7 +43,8 @@ from studies.core.figures import (
 from studies.core.paper import PAPER_MARKERS, case_envelopes
 
 REFERENCE_STYLE: dict[str, Any] = {"color": "0.78", "linewidth": 3.4}
-PANELS = [["path", "along"], ["path", "across"], ["tau1", "difference"], ["tau2", "v"]]
+COLUMNS = (("path", "tau1", "tau2"), ("along", "across", "difference", "v"))
+SHARES = ((2.2, 1, 1), (1, 1, 1, 1))  # of their heights
 CASE_HEIGHT = 150.0  # [mm]
 SHADE = 0.3  # opacity of what all runs cover
 NEAR = 1.5  # of the largest torque: a limit farther away is not drawn
@@ -69,31 +70,42 @@ def _error(motion: Motion, part: int) -> Array:
 
 
 CURVES: dict[str, tuple[str, Curve, Callable[[Band], Array]]] = {
-    "along": ("tip error along path [mm]", lambda m: _error(m, 0), lambda b: MM * b.along),
-    "across": ("tip error across path [mm]", lambda m: _error(m, 1), lambda b: MM * b.across),
-    "v": ("tip deflection v [mm]", lambda m: MM * m.v, lambda b: MM * b.v),
-    "tau1": ("torque, joint 1 [N m]", lambda m: m.torque[:, 0], lambda b: b.torque[..., 0]),
-    "tau2": ("torque, joint 2 [N m]", lambda m: m.torque[:, 1], lambda b: b.torque[..., 1]),
+    "along": ("error [mm]", lambda m: _error(m, 0), lambda b: MM * b.along),
+    "across": ("error [mm]", lambda m: _error(m, 1), lambda b: MM * b.across),
+    "v": ("v [mm]", lambda m: MM * m.v, lambda b: MM * b.v),
+    "tau1": ("torque [N m]", lambda m: m.torque[:, 0], lambda b: b.torque[..., 0]),
+    "tau2": ("torque [N m]", lambda m: m.torque[:, 1], lambda b: b.torque[..., 1]),
+}
+TITLES = {
+    "path": "path of the tip",
+    "along": "tip error along the path",
+    "across": "tip error across the path",
+    "tau1": "commanded torque, joint 1",
+    "tau2": "commanded torque, joint 2",
+    "difference": "difference of the models' tips",
+    "v": "tip deflection",
 }
 
 
 def _over_time(axes: Axes, case: Case, name: str, looks: dict[str, dict[str, Any]]) -> None:
     """Draw one quantity of all plants over time, over the bands of their runs."""
     label, curve, ends = CURVES[name]
+    thin = {"linewidth": 0.6} if name.startswith("tau") else {}
     axes.axhline(0.0, color="0.6", linewidth=0.5)
     for plant, band in case.bands.items():
         shade(axes, band.time, *ends(band), color=looks[plant]["color"], alpha=SHADE)
     for motion in case.motions.values():
         values = curve(motion)
-        axes.plot(*thinned(motion.time, values), **looks[motion.plant])
-        _mark_divergence(axes, motion, motion.time, values, looks)
+        axes.plot(*thinned(motion.time, values), **{**looks[motion.plant], **thin})
+        _mark_divergence(axes, motion, (motion.time, values), looks)
     axes.set_ylabel(label)
 
 
 def _mark_divergence(
-    axes: Axes, motion: Motion, x: Any, y: Any, looks: dict[str, dict[str, Any]]
+    axes: Axes, motion: Motion, curve: Any, looks: dict[str, dict[str, Any]]
 ) -> None:
-    """Mark where a motion ends because it diverged."""
+    """Mark where a motion's curve ends because it diverged."""
+    x, y = curve
     if motion.diverged is not None and len(x):
         how = {"color": looks[motion.plant]["color"], "markeredgecolor": "white", "markersize": 7}
         axes.plot(x[-1:], y[-1:], "X", linestyle="none", label="end of a run that diverged", **how)
@@ -109,7 +121,7 @@ def _draw_path(axes: Axes, case: Case, looks: dict[str, dict[str, Any]]) -> None
             axes.plot(*tip.T, **how, rasterized=True)
     for motion in case.motions.values():
         axes.plot(*motion.tip.T, **looks[motion.plant], label=_label(motion))
-        _mark_divergence(axes, motion, *motion.tip.T, looks)
+        _mark_divergence(axes, motion, motion.tip.T, looks)
     start = reference[:1].T
     axes.plot(*start, "o", color="0.15", markerfacecolor="none", markersize=6, label="start")
     if case.bands:
@@ -128,12 +140,12 @@ def _draw_difference(axes: Axes, case: Case) -> None:
         axes.set_yticks([])
         return
     if case.pairs is not None:
-        time, found = case.pairs.time, (case.pairs.along, case.pairs.across)
+        time, found = case.pairs.time, [case.pairs.along, case.pairs.across]
     else:
         time, apart = difference(case.motions, lambda motion: motion.tip)
         longest = max(case.motions.values(), key=lambda motion: len(motion.time))
         parts = split(apart, tangents(longest.reference_tip)[: len(time)])
-        found = tuple(each[None] for each in parts)
+        found = [each[None] for each in parts]
     most = MM * max((float(np.abs(each).max(initial=0.0)) for each in found), default=0.0)
     unit, scale = ("µm", 1e3 * MM) if most < FINE else ("mm", MM)
     axes.axhline(0.0, color="0.6", linewidth=0.5)
@@ -142,7 +154,7 @@ def _draw_difference(axes: Axes, case: Case) -> None:
             shade(axes, time, values[0], values[2], color=colour, alpha=0.2)
         how = {"color": colour, "linestyle": dash, "linewidth": 0.8}
         axes.plot(*thinned(time, values[len(values) // 2]), **how, label=f"difference {name} path")
-    axes.set_ylabel(f"difference of tips [{unit}]")
+    axes.set_ylabel(f"tips apart [{unit}]")
 
 
 def _draw_limits(panels: dict[str, Axes], case: Case) -> None:
@@ -151,8 +163,14 @@ def _draw_limits(panels: dict[str, Axes], case: Case) -> None:
         most = max(np.abs(each.torque[:, joint]).max(initial=0.0) for each in case.motions.values())
         if limit < NEAR * most:
             for end in (-limit, limit):
-                how = {"color": "0.3", "linestyle": ":", "linewidth": 0.8}
+                how: dict[str, Any] = {"color": "0.3", "linestyle": ":", "linewidth": 0.8}
                 panels[f"tau{joint + 1}"].axhline(end, label="limit of the motor", **how)
+
+
+def _difference_title(case: Case) -> str:
+    """Return which tip is subtracted from which."""
+    names = [spoken(plant) for plant in case.motions]
+    return f"tips: {names[1]} minus {names[0]}" if len(names) == 2 else TITLES["difference"]
 
 
 @drawn
@@ -165,26 +183,28 @@ def case_figure(case: Case) -> Figure:
         case: with at least one motion.
     """
     figure = sheet(CASE_HEIGHT)
-    axes = figure.subplot_mosaic(PANELS)
+    axes: dict[str, Axes] = {}
+    halves = figure.add_gridspec(1, 2)
+    for column, (names, shares) in enumerate(zip(COLUMNS, SHARES, strict=True)):
+        grid = halves[column].subgridspec(len(names), 1, height_ratios=shares)
+        axes |= {name: figure.add_subplot(grid[i], label=name) for i, name in enumerate(names)}
     looks = styles(case.motions)
     for name in CURVES:
         _over_time(axes[name], case, name, looks)
     _draw_path(axes["path"], case, looks)
     _draw_difference(axes["difference"], case)
     _draw_limits(axes, case)
-    timed = [name for name in axes if name != "path"]
-    for name in timed:
-        axes[name].set_xlim(case.reference_tip[0][[0, -1]])
-        if name in ("v", "tau2"):
-            axes[name].set_xlabel("time [s]")
-        else:
-            axes[name].tick_params(labelbottom=False)
-    order = ["path", "along", "across", "tau1", "tau2", "difference", "v"]
-    for letter, name in zip("abcdefg", order, strict=True):
-        axes[name].set_title(f"({letter})", loc="left")
-    figure.align_ylabels([axes[name] for name in ("along", "across", "difference", "v")])
-    figure.align_ylabels([axes[name] for name in ("path", "tau1", "tau2")])
-    return finish(figure, [axes[name] for name in order], legend=4, caption=_caption(case))
+    for name in (*CURVES, "difference"):
+        axes[name].set_xlim(*case.reference_tip[0][[0, -1]].tolist())
+        last = name in (names[-1] for names in COLUMNS)
+        axes[name].tick_params(labelbottom=last)
+        axes[name].set_xlabel("time [s]" if last else "")
+    titles = TITLES | {"difference": _difference_title(case)}
+    for letter, (name, title) in zip("abcdefg", titles.items(), strict=True):
+        axes[name].set_title(f"({letter}) {title}", loc="left")
+    for names in COLUMNS:
+        figure.align_ylabels([axes[name] for name in names])
+    return finish(figure, [axes[name] for name in TITLES], legend=4, caption=_caption(case))
 
 
 def _caption(case: Case) -> str:
@@ -241,12 +261,12 @@ def _legend(axes: Axes, plants: Sequence[str]) -> None:
 
 def _names(rows: Sequence[CompareRow]) -> dict[int, str]:
     """Return what each row's case is called, by the row's identity, in what cases differ in."""
-    told = ("controllers", "setting", "hardware")
-    differ = [key for key in told if len({getattr(row, key) for row in rows}) > 1]
+    differ = [key for key in ("setting", "hardware") if len({getattr(r, key) for r in rows}) > 1]
+    groups = len({row.group for row in rows}) > 1
     found = {}
     for row in rows:
-        more = [str(getattr(row, key)) for key in differ]
-        found[id(row)] = unmathed(" · ".join([row.trajectory, *more]))
+        more = [row.controllers] * groups + [str(getattr(row, key)) for key in differ]
+        found[id(row)] = unmathed(" · ".join([row.trajectory if groups else row.case, *more]))
     return found
 
 

@@ -183,10 +183,16 @@ def show_tables(tables: Sequence[Table], out: Console) -> None:
             out.print(table.render())
 
 
+def listed(folder: Path) -> list[str]:
+    """Return what a folder holds, hidden files and tables' copies for print left out."""
+    found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
+    copies = {name.removesuffix(".csv") + end for name in found for end in (".md", ".tex")}
+    return [name for name in found if name not in copies and not name.startswith(".")]
+
+
 def contents(folder: Path) -> list[str]:
     """Return what a run's folder holds beside its configuration, and how to see a recording."""
-    found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
-    shown = [name for name in found if name != CONFIG and not name.startswith(".")]
+    shown = [name for name in listed(folder) if name != CONFIG]
     if RECORDING in shown:
         shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

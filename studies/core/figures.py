@@ -37,7 +37,7 @@ SINGLE, DOUBLE = 84.0, 174.0  # widths of one and of two columns [mm]
 INCH = 25.4  # [mm]
 DPI = 300
 FONT, SMALL = 8, 7  # [pt] of letters, and of ticks and legends
-RC: dict[str, Any] = {
+RC: Any = {
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize", "figure.titlesize"), FONT),
     **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), SMALL),
     **{"legend.title_fontsize": SMALL, "legend.frameon": False, "legend.handlelength": 2.4},
@@ -228,7 +228,9 @@ def interval(
 def beside(axes: Axes, height: float, text: str, colour: str) -> None:
     """Write on a line, at the panel's right edge, why nothing is drawn there."""
     place = axes.get_yaxis_transform()
-    axes.text(0.99, height, text, color=colour, size=SMALL, va="center", ha="right", transform=place)
+    axes.text(
+        0.99, height, text, color=colour, size=SMALL, va="center", ha="right", transform=place
+    )
 
 
 def thinned(x: Array, y: Array, bins: int = CURVE_BINS) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -122,6 +122,13 @@ def check_threads(threads: int | None) -> None:
         raise ParameterError(f"threads is {threads}; give 1 to {thread_count()}")
 
 
+def check_each_once(name: str, given: Sequence[str]) -> None:
+    """Refuse a list that is empty or has a name twice."""
+    if not given or len(set(given)) != len(given):
+        many = name if name.endswith("s") else f"{name}s"
+        raise ParameterError(f"{many} are {' '.join(given) or 'empty'}; name each once")
+
+
 def check(config: Any) -> None:
     """Refuse what no study can run with, whichever of these options it has.
 
@@ -133,10 +140,7 @@ def check(config: Any) -> None:
         if count is not None and count < least:
             raise ParameterError(f"{name.replace('_', ' ')} is {count}; give {least} or more")
     for name in NAMES:
-        given = getattr(config, name, ("any",))
-        if not given or len(set(given)) != len(given):
-            many = name if name.endswith("s") else f"{name}s"
-            raise ParameterError(f"{many} are {' '.join(given) or 'empty'}; name each once")
+        check_each_once(name, getattr(config, name, ("any",)))
     check_threads(getattr(config, "threads", None))
     if isinstance(config, HardwareOptions):
         _ = config.built  # refuses what there is not

@@ -10,7 +10,7 @@ same bits as if it had never stopped, on any number of threads.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +28,7 @@ from studies.core.options import (
     OwnRobotOptions,
     show_differences,
 )
-from studies.core.study_options import check_threads
+from studies.core.study_options import FORMATS, Format, check_each_once, check_threads
 from studies.core.text import spelled
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
@@ -135,6 +135,8 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Threads; all cores unless given. Results do not depend on it."""
     json: bool = False
     """Print one JSON object instead of the table."""
+    format: tuple[Format, ...] = FORMATS
+    """Of the figure, each once."""
 
 
 def given(config: TuneConfig) -> dict[str, Any]:
@@ -274,14 +276,18 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
 
 
 def carry_out(
-    folder: Path, record: Record, problem: Problem, start: Start
+    folder: Path,
+    record: Record,
+    problem: Problem,
+    start: Start,
+    formats: Sequence[Format] = FORMATS,
 ) -> tuple[Search, dict[str, float]]:
     """Return the search, every new generation kept in the folder as soon as it is there.
 
     And the best's index by plant, where it was rated on others than were simulated.
 
     Args:
-        start: called before the first generation is kept.
+        start: called before the first generation is kept. formats: of the figure.
     """
     tuning, kept = record.tuning, len(record.generations)
 
@@ -302,8 +308,9 @@ def carry_out(
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
         rated = problem.rated(search.best_parameters)
-        if not tune_report.is_concluded(folder, search, len(problem.scenarios), rated):
-            tune_report.conclude(folder, search, tuning, len(problem.scenarios), rated)
+        scenarios = len(problem.scenarios)
+        if not tune_report.is_concluded(folder, search, scenarios, rated, formats):
+            tune_report.conclude(folder, search, tuning, scenarios, rated, formats)
     return search, rated
 
 
@@ -311,12 +318,13 @@ def command(config: TuneConfig) -> None:
     """Run the tuner, from the start or on, and write its folder."""
     if config.resume and (config.out or config.force):
         raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
+    check_each_once("format", config.format)
     folder = config.resume or config.out or DEFAULT_OUT
     with ExitStack() as held:
         if config.resume:
             held.enter_context(locked(folder))
             record, problem = take_up(config, folder)
-            search, rated = carry_out(folder, record, problem, lambda: None)
+            search, rated = carry_out(folder, record, problem, lambda: None, config.format)
         else:
             record, problem, make_folder = begin(config)
 
@@ -324,7 +332,7 @@ def command(config: TuneConfig) -> None:
                 make_folder()
                 held.enter_context(locked(folder))
 
-            search, rated = carry_out(folder, record, problem, start)
+            search, rated = carry_out(folder, record, problem, start, config.format)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
         more: dict[str, Any] = {"screened": vars(tally)} if tally else {}
