@@ -162,7 +162,8 @@ class PlainLog(Locator):
 
     def __call__(self) -> Any:
         """Return the ticks in view."""
-        return self.tick_values(*self.axis.get_view_interval())
+        axis: Any = self.axis
+        return self.tick_values(*axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
         """Return ticks between two values."""
@@ -173,7 +174,7 @@ class PlainLog(Locator):
             ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
             if len(ticks) >= self.LEAST:
                 return ticks[:: -(-len(ticks) // self.most)] if len(steps) == 1 else ticks
-        ticks = MaxNLocator(4).tick_values(low, high)
+        ticks = np.asarray(MaxNLocator(4).tick_values(low, high))
         return ticks[(ticks >= low) & (ticks <= high)]
 
 
@@ -188,7 +189,8 @@ def plain_number(value: float, _: Any = None) -> str:
 
 def log_axis(axis: Axis, most: int = 6) -> None:
     """Make an axis logarithmic, with ticks that can be read, at most about so many."""
-    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+    own: Any = axis
+    getattr(axis.axes, f"set_{own.axis_name}scale")("log")
     axis.set_major_locator(PlainLog(most))
     axis.set_major_formatter(plain_number)
     axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=100))

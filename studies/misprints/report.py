@@ -55,6 +55,9 @@ to a run whose gains differ in the fourth digit, that is, what chance does.
 """
 
 
+WIDTHS = "Closed loop: envelope half-width"
+
+
 def _sure(name: str) -> Callable[[Any], str]:
     """Return how a median of a row is shown [mm], with its interval."""
 
@@ -173,8 +176,8 @@ def tables(result: MisprintsResult) -> list[Table]:
             key="rows",
             file="results.csv",
         ),
-        Table(runnable, ENVELOPE, "Closed loop: envelope half-width", ENVELOPE_LEGEND),
-        Table(runnable, APART, "Closed loop: how far apart", APART_LEGEND),
+        Table(runnable, ENVELOPE, WIDTHS, ENVELOPE_LEGEND, prints="results.csv"),
+        Table(runnable, APART, "Closed loop: how far apart", APART_LEGEND, prints="results.csv"),
         Table(result.details, key="details", file="details.csv"),
     ]
 
@@ -219,8 +222,8 @@ def energy_figure(energy: dict[str, Array]) -> Figure:
     axes.set(xlabel="time [s]", ylabel="|relative change of energy|")
     axes.margins(x=0)
     caption = (
-        f"Energy over that at the start, less one, in free, undamped motion from the start {DRAWN}; "
-        "an energy that is conserved stays at rounding."
+        f"Energy over that at the start, less one, in free, undamped motion from the start "
+        f"{DRAWN}; an energy that is conserved stays at rounding."
     )
     return finish(figure, [axes], legend=4, caption=caption)
 

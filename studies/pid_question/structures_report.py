@@ -211,7 +211,14 @@ def tables(result: StructuresResult) -> list[Table]:
             section=where,
             tight=True,
         ),
-        Table(result.winners, MARGINS, "\nThe same controllers", section=where, tight=True),
+        Table(
+            result.winners,
+            MARGINS,
+            "\nThe same controllers",
+            section=where,
+            tight=True,
+            prints="winners.csv",
+        ),
         Table(result.searches, key="searches", file="searches.csv"),
     ]
 

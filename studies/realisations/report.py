@@ -80,23 +80,28 @@ def tables(result: RealisationsResult) -> list[Table]:
             response_summaries(result.responses),
             RESPONSES,
             f"Error against (j omega)^nu, {orders};\ncost of a sample in the compiled filter",
+            prints="responses.csv",
         ),
         _loop_table(
             loop,
             [row for row in factors if row.part == "loop"],
             "Median index (5) with the same gains, 1e-4 m2 s, assumed modes | chain;\n"
             "to (2): geometric mean over that of (2) with ten terms, and its 95 % interval",
+            "loops.csv",
         ),
         _loop_table(
             retuned,
             [row for row in factors if row.part == "retuned"],
             "The same, each tuned anew by a short search: medians of the searches; to (2): and\n"
             "its 95 % interval over the searches",
+            "retuned.csv",
         ),
     ]
 
 
-def _loop_table(rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: str) -> Table:
+def _loop_table(
+    rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: str, prints: str
+) -> Table:
     """Return the table of a part's loops."""
     return Table(
         loop_summaries(rows, factors),
@@ -104,6 +109,7 @@ def _loop_table(rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: st
         title,
         line=("realisation", "terms"),
         tight=True,
+        prints=prints,
     )
 
 

@@ -100,6 +100,7 @@ def tables(result: ReconstructResult) -> list[Table]:
             [row for row in result.units if row.seconds != 0.0],
             units,
             "Table 2's gains other than 0, and how many deviations from Table 1's means",
+            prints="units.csv",
         ),
     ]
 

@@ -34,6 +34,7 @@ from studies.stability.rows import DrawsRow, LoopRow, StabilityResult
 RATE_SHOWN = 100.0  # [1/s] end of the colours
 LEAST_SHOWN = 1e-3  # [1/s] start of the colours where the slack is less
 STABLE_COLOUR = "#7fbf9f"
+NU = "\u03bd"
 SUBSCRIPTS = {1: "₁", 4: "₄"}  # of the leading gains of joints 1 and 2
 
 
@@ -189,8 +190,8 @@ def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
         number = 3 * each.joint - 2
         axes.grid(False)
         axes.set(
-            xlabel=f"gain k{SUBSCRIPTS[number]} [N m ms^ν/rad]",
-            ylabel=f"order ν{SUBSCRIPTS[number]}",
+            xlabel=f"gain k{SUBSCRIPTS[number]} [N m ms^{NU}/rad]",
+            ylabel=f"order {NU}{SUBSCRIPTS[number]}",
             title=f"{unmathed(each.controllers)}, joint {each.joint}",
         )
     for axes in grid.ravel()[len(maps) :]:

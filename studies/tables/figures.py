@@ -97,8 +97,8 @@ def envelope_figure(rows: Sequence[RunRow]) -> Figure:
     name_lines(panels[0], [case_name(*case) for case in CASES])
     panels[0].margins(x=0.12)
     caption = (
-        "Half-width of the envelope of the tip around its reference in the cases of Figures 3 to 6: "
-        "medians with 95 % intervals, beside the paper's."
+        "Half-width of the envelope of the tip around its reference in the cases of Figures "
+        "3 to 6: medians with 95 % intervals, beside the paper's."
     )
     return finish(figure, panels, legend=5, caption=caption)
 

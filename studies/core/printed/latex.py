@@ -19,8 +19,8 @@ SPECIAL = {
     **{"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"},
     **{"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}", '"': r"\textquotedbl{}"},
     **{"µ": r"\textmu{}", "μ": r"\textmu{}", "²": r"\textsuperscript{2}", "·": r"$\cdot$"},
-    **{"±": r"$\pm$", "×": r"$\times$", "−": "$-$", "°": r"\textdegree{}"},
-    **{"ν": r"$\nu$", "θ": r"$\theta$", "τ": r"$\tau$", "ζ": r"$\zeta$", "ω": r"$\omega$"},
+    **{"±": r"$\pm$", "\u00d7": r"$\times$", "\u2212": "$-$", "°": r"\textdegree{}"},
+    **{"\u03bd": r"$\nu$", "θ": r"$\theta$", "τ": r"$\tau$", "ζ": r"$\zeta$", "ω": r"$\omega$"},
 }
 UNITS = "1 % m mm µm um s ms µs us Hz rad deg N kg g dB J Pa"
 FACTOR = re.compile(rf"({'|'.join(UNITS.split())})(?:\^?(-?\d+))?")
