@@ -17,5 +17,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "tools"),
+    "animate",
     *("commands", "main"),
 )

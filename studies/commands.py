@@ -46,6 +46,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "FollowConfig",
         "close one loop: a controller follows a trajectory on a plant",
     ),
+    "animate": (
+        "animate.animate",
+        "AnimateConfig",
+        "both arms over the reference, moving or still: GIF, WebP, PNG",
+    ),
     "chain": (
         "tools.chain",
         "ChainConfig",

@@ -17,7 +17,17 @@ from flexsim.recording.traces import MM
 from studies.converge.judging import FLOOR
 from studies.converge.report import SHORT
 from studies.converge.rows import FIGURES, STEPS, Convergence, RungRow
-from studies.core.figures import BLUE, GREEN, ORANGE, VERMILION, canvas, drawn, finish, unmathed
+from studies.core.figures import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    VERMILION,
+    PlainNumbers,
+    canvas,
+    drawn,
+    finish,
+    unmathed,
+)
 
 HEIGHT = 165.0  # [mm]
 STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "D"), (VERMILION, "^"))
@@ -84,4 +94,5 @@ def _panel(axes: Axes, result: Convergence, rungs: Sequence[RungRow], name: str)
         axes.errorbar(at, MM * y, MM * np.array(ends), label=SHORT.get(case, case), **how)
     axes.set_yscale("symlog", linthresh=2 * floor)
     axes.yaxis.set_major_locator(FixedLocator(TICKS))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_major_formatter(PlainNumbers())
+    axes.margins(x=0.09)

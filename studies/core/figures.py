@@ -21,7 +21,14 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, NullLocator
+from matplotlib.ticker import (
+    Formatter,
+    Locator,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+)
 
 from flexsim.files.atomic import replacing, write_text
 from flexsim.numerics.types import Array
@@ -36,6 +43,8 @@ FIGURES, CAPTIONS = "figures", "captions.md"
 SINGLE, DOUBLE = 84.0, 174.0  # widths of one and of two columns [mm]
 INCH = 25.4  # [mm]
 DPI = 300
+MINUS = "\u2212"
+INDEX, INDEX_UNIT = 1e4, "10⁻⁴ m² s"  # the index (5) as figures have it
 FONT, SMALL = 8, 7  # [pt] of letters, and of ticks and legends
 RC: Any = {
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize", "figure.titlesize"), FONT),
@@ -99,7 +108,7 @@ def styles(plants: Iterable[str]) -> dict[str, dict[str, Any]]:
     for plant in plants:
         own = style(plant)
         if own in found.values():
-            own = next(each for each in free if each not in found.values())
+            own = next((each for each in free if each not in found.values()), own)
         found[plant] = own
     return found
 
@@ -167,24 +176,42 @@ class PlainLog(Locator):
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
         """Return ticks between two values."""
+        return self._found(vmin, vmax)[0]
+
+    def _found(self, vmin: float, vmax: float) -> tuple[Any, int]:
+        """Return ticks, and how many decades apart they are, 0 for less than one."""
         low, high = sorted((max(vmin, 1e-300), max(vmax, 1e-300)))
         powers = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
         for steps in self.STEPS:
             ticks = np.sort(np.outer(10.0**powers, steps).ravel())
             ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
             if len(ticks) >= self.LEAST:
-                return ticks[:: -(-len(ticks) // self.most)] if len(steps) == 1 else ticks
+                apart = -(-len(ticks) // self.most) if len(steps) == 1 else 0
+                return ticks[:: max(apart, 1)], apart
         ticks = np.asarray(MaxNLocator(4).tick_values(low, high))
-        return ticks[(ticks >= low) & (ticks <= high)]
+        return ticks[(ticks >= low) & (ticks <= high)], 0
 
 
-def plain_number(value: float, _: Any = None) -> str:
-    """Return a number as a tick shows it: plain, or as a power of ten where that is shorter."""
-    if value == 0 or 1e-3 <= abs(value) < 1e4:
-        return f"{value:g}"
-    digits, power = f"{value:e}".split("e")
-    factor = "" if float(digits) == 1 else f"{float(digits):g}" + r"\cdot "
-    return f"${factor}10^{{{int(power)}}}$"
+class Between(PlainLog):
+    """The small ticks between those: at 2 to 9 of a decade, or at the decades that are left out."""
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        """Return ticks between two values."""
+        _, apart = self._found(vmin, vmax)
+        subs = (1.0,) if apart > 1 else range(2, 10)
+        return LogLocator(subs=subs, numticks=100).tick_values(vmin, vmax)
+
+
+class PlainNumbers(Formatter):
+    """Numbers as ticks show them: all plain, or all as powers of ten where some are far from 1."""
+
+    def __call__(self, value: float, pos: int | None = None) -> str:
+        """Return one tick's text, such as the others need it."""
+        if value == 0 or all(each == 0 or 1e-3 <= abs(each) < 1e4 for each in self.locs):
+            return f"{value:g}".replace("-", MINUS)
+        digits, power = f"{value:e}".split("e")
+        factor = "" if float(digits) == 1 else f"{float(digits):g}" + r"\cdot "
+        return f"${factor}10^{{{int(power)}}}$"
 
 
 def log_axis(axis: Axis, most: int = 6) -> None:
@@ -192,8 +219,8 @@ def log_axis(axis: Axis, most: int = 6) -> None:
     own: Any = axis
     getattr(axis.axes, f"set_{own.axis_name}scale")("log")
     axis.set_major_locator(PlainLog(most))
-    axis.set_major_formatter(plain_number)
-    axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=100))
+    axis.set_major_formatter(PlainNumbers())
+    axis.set_minor_locator(Between(most))
     axis.set_minor_formatter(NullFormatter())
     axis.grid(False, which="minor")
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from studies.core.evidence.digits import with_interval
 from studies.core.figures import (
     BLACK,
     BLUE,
+    DASHES,
     GREEN,
     GREY,
     ORANGE,
@@ -214,13 +216,14 @@ def energy_figure(energy: dict[str, Array]) -> Figure:
     figure, panels = canvas(height=78)
     axes = panels[0, 0]
     widths = np.linspace(2.4, 0.8, len(energy))  # what is drawn first shows as a rim
-    for (name, change), colour, width in zip(energy.items(), COLOURS, widths, strict=True):
+    looks = zip(energy.items(), COLOURS, widths, cycle(DASHES))
+    for (name, change), colour, width, dash in looks:
         time = PERIOD * np.arange(1, len(change), dtype=float)
         shown = np.maximum(np.abs(change[1:]), SMALLEST)
-        axes.plot(*thinned(time, shown), color=colour, linewidth=width, label=name)
+        axes.plot(*thinned(time, shown), color=colour, lw=width, ls=dash, label=name)
     log_axis(axes.yaxis)
     axes.set(xlabel="time [s]", ylabel="|relative change of energy|")
-    axes.margins(x=0)
+    axes.set_xlim(0, PERIOD * (len(change) - 1))
     caption = (
         f"Energy over that at the start, less one, in free, undamped motion from the start "
         f"{DRAWN}; an energy that is conserved stays at rounding."

@@ -18,6 +18,8 @@ from studies.core.evidence.digits import with_interval
 from studies.core.evidence.intervals import share_interval
 from studies.core.figures import (
     BLUE,
+    INDEX,
+    INDEX_UNIT,
     ORANGE,
     SMALL,
     canvas,
@@ -43,7 +45,6 @@ COLOURS = {"table-1": BLUE, "log-uniform": ORANGE}
 MARKS = {"table-1": "o", "log-uniform": "s"}
 BAR = 0.36
 RARE = 0.1  # share below which tenths of a per cent are shown
-INDEX = 1e4  # the table's best indices are in 1e-4 m2 s
 
 
 @dataclass(frozen=True)
@@ -249,7 +250,7 @@ def shares_figure(result: PidQuestionResult) -> Figure:
     for axes in panels[:, 1]:
         log_axis(axes.xaxis)
     panels[-1][0].set_xlabel("share that is stable [%]")
-    panels[-1][1].set_xlabel("best index (5) [m² s]")
+    panels[-1][1].set_xlabel(f"best index (5) [{INDEX_UNIT}]")
     _name_marks(panels[0][0])
     caption = (
         f"Which controllers hold the {result.trajectory}? Left: shares of draws and of searches "
@@ -263,7 +264,7 @@ def _name_marks(axes: Axes) -> None:
     """Name colours and marks in the legend."""
     for name, colour in COLOURS.items():
         axes.plot([], [], MARKS[name], color=colour, linestyle="none", label=name)
-    axes.bar([], [], color="0.4", alpha=0.5, label="of draws")
+    axes.fill([], [], color="0.4", alpha=0.5, label="of draws; thin: its interval")
     interval(axes, np.nan, 0, (np.nan, np.nan), "o", color="0.4", label="of searches; best index")
     axes.plot([], [], color="0.4", linewidth=2.6, alpha=0.4, label="range over seeds")
 
@@ -280,7 +281,9 @@ def _draw(shares: Axes, best: Axes, row: CaseRow, height: float) -> None:
         how: dict[str, Any] = {"transform": best.get_yaxis_transform(), "va": "center"}
         best.text(0.02, height, "none stable", color=colour, size=SMALL, **how)
         return
-    ends = np.array([row.best_index_least, row.best_index_most], float)
+    ends = INDEX * np.array([row.best_index_least, row.best_index_most], float)
     best.plot(ends, [height] * 2, color=colour, linewidth=2.6, alpha=0.4)
-    sure = row.best_index_low, row.best_index_high
-    interval(best, row.best_index, height, sure, marker, color=colour)
+    low, high = (
+        None if end is None else INDEX * end for end in (row.best_index_low, row.best_index_high)
+    )
+    interval(best, INDEX * row.best_index, height, (low, high), marker, color=colour)

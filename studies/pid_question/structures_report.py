@@ -15,7 +15,17 @@ from matplotlib.figure import Figure
 from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.holding import Holding
 from studies.core.evidence.repeats import summary
-from studies.core.figures import BLUE, ORANGE, canvas, drawn, finish, interval, log_axis, name_lines
+from studies.core.figures import (
+    BLUE,
+    INDEX_UNIT,
+    ORANGE,
+    canvas,
+    drawn,
+    finish,
+    interval,
+    log_axis,
+    name_lines,
+)
 from studies.core.table import Column, Table
 
 INDEX = 1e4  # tables have indices in 1e-4 m2 s
@@ -287,7 +297,7 @@ def cost_figure(result: StructuresResult) -> Figure:
         axes.set_title(ground, loc="left")
         log_axis(axes.xaxis)
         axes.margins(x=0.05)
-    panels.ravel()[-1].set_xlabel("index and effort [1e-4 m² s]")
+    panels.ravel()[-1].set_xlabel(f"index and effort [{INDEX_UNIT}]")
     caption = (
         "Index (5) with the effort's share that searches of equal effort found, by structure: "
         "every seed's, and the median with its 95 % interval."

@@ -16,6 +16,8 @@ from flexsim.numerics.clocks import PERIOD
 from studies.core.figures import (
     COLOURS,
     DASHES,
+    INDEX,
+    INDEX_UNIT,
     canvas,
     drawn,
     finish,
@@ -169,7 +171,7 @@ def response_figure(chosen: Sequence[Chosen]) -> Figure:
             how = {"color": COLOURS[place], "linestyle": DASHES[place], "label": f"{terms} terms"}
             for axes, values in zip(column, (error.magnitude_db, error.phase_deg), strict=True):
                 axes.plot(omega / (2 * np.pi), values, **how)
-        column[0].set_title(name)
+        column[0].set_title(name.replace("-", "-\n", 1))
         for axes in column:
             log_axis(axes.xaxis, most=4)
         column[1].set_xlabel("frequency [Hz]")
@@ -180,6 +182,10 @@ def response_figure(chosen: Sequence[Chosen]) -> Figure:
         "frequency, by number of terms."
     )
     return finish(figure, panels.flat, legend=len(terms_of), caption=caption)
+
+
+def _shown(index: float | None) -> float | None:
+    return None if index is None else INDEX * index
 
 
 @drawn
@@ -201,10 +207,12 @@ def loop_figure(loops: Sequence[LoopRow]) -> Figure:
                     place = axes.get_yaxis_transform()
                     axes.plot(0.97, line, "x", color=how["color"], transform=place)
                 else:
-                    ends = row.spread.get("index_low"), row.spread.get("index_high")
-                    interval(axes, row.index, line, ends, marker, color=how["color"])
+                    low, high = (_shown(row.spread.get(f"index_{end}")) for end in ("low", "high"))
+                    place = INDEX * row.index
+                    interval(axes, place, line, (low, high), marker, color=how["color"])
         log_axis(axes.xaxis, most=4)
-        axes.set(title=shape, xlabel="index (5) [m² s]")
+        axes.margins(x=0.12)
+        axes.set(title=shape, xlabel=f"index (5) [{INDEX_UNIT}]")
     panels[0].plot([], [], "x", color="0.4", linestyle="none", label="diverged, or cannot be built")
     name_lines(panels[0], [f"{name}, {terms}" for name, terms in chosen])
     caption = "Index (5) by realisation and number of terms: medians with 95 % intervals."

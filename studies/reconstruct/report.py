@@ -183,6 +183,7 @@ def envelope_figure(rows: Sequence[FigureRow]) -> Figure:
             mine = [row for row in rows if (row.figure, row.plant) == (number, plant)]
             _draw_plant(axes, mine, plant, shift, names)
         log_axis(axes.xaxis, most=4)
+        axes.margins(x=0.12)
         axes.set(title=f"Figure {number}", xlabel="envelope [mm]")
     panels[0].plot([], [], color="0.4", linewidth=2.6, alpha=0.4, label="quartiles")
     panels[0].plot([], [], "|-", color="0.4", linewidth=0.9, label="95 % interval of the median")

@@ -24,6 +24,7 @@ from studies.core.figures import (
     finish,
     interval,
     name_lines,
+    styles,
     unmathed,
 )
 from studies.core.table import Column, Table
@@ -244,9 +245,9 @@ def by_case(found: Found) -> Figure:
     plants = found.matrix.names["plants"]
     figure, panels = canvas(height=24 + (2 + 3 * len(plants)) * len(kept))
     (axes,) = panels[0]
-    for number, plant in enumerate(plants):
+    for number, (plant, look) in enumerate(styles(plants).items()):
         shift = 0.6 * ((number + 0.5) / len(plants) - 0.5)
-        colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+        colour, marker = look["color"], MARKERS[number % len(MARKERS)]
         axes.plot([], [], marker, color=colour, linestyle="none", label=written(plant))
         for row in rows:
             case = case_of(found.matrix, row.factors, row.point)

@@ -16,13 +16,23 @@ from matplotlib.figure import Figure
 from flexsim.numerics.types import Array
 from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.intervals import LEAST_RUNS, ratio_interval, share_of
-from studies.core.figures import BLUE, DASHES, ORANGE, SINGLE, canvas, drawn, finish, log_axis
+from studies.core.figures import (
+    BLUE,
+    DASHES,
+    INDEX,
+    INDEX_UNIT,
+    ORANGE,
+    SINGLE,
+    canvas,
+    drawn,
+    finish,
+    log_axis,
+)
 from studies.core.table import Column, Table
 
 COLOURS = {False: ORANGE, True: BLUE}  # by whether draws are screened
 NAMES = {False: "plain", True: "screened"}
 COSTS = ("simulations", "seconds")  # until the target
-INDEX = 1e4  # the table's indices are in 1e-4 m2 s
 
 
 @dataclass(frozen=True)
@@ -227,16 +237,17 @@ def course_figure(result: ScreeningResult) -> Figure:
         top = np.where(np.isfinite(best).all(axis=0), best.max(axis=0), max(held, default=1.0))
         some = np.isfinite(best).any(axis=0)
         low = np.array([np.nanmin(column) for column in shown.T[some]])
-        axes.fill_between(simulations[some], low, top[some], color=colour, alpha=0.2, linewidth=0)
+        ends = INDEX * low, INDEX * top[some]
+        axes.fill_between(simulations[some], *ends, color=colour, alpha=0.2, linewidth=0)
         middle = np.where(np.isfinite(middle), middle, np.nan)
         how = {"color": colour, "linewidth": 1.4, "linestyle": DASHES[int(screened)]}
-        axes.plot(simulations, middle, **how, label=f"{NAMES[screened]}: median")
+        axes.plot(simulations, INDEX * middle, **how, label=f"{NAMES[screened]}: median")
         axes.fill([], [], color=colour, alpha=0.2, linewidth=0, label=f"{NAMES[screened]}: range")
     if math.isfinite(result.target):
-        axes.axhline(result.target, color="0.4", linestyle=":", label="target")
+        axes.axhline(INDEX * result.target, color="0.4", linestyle=":", label="target")
     if held:
         log_axis(axes.yaxis)
-    axes.set(xlabel="simulations", ylabel="best index (5) so far [m² s]")
+    axes.set(xlabel="simulations", ylabel=f"best index (5) so far [{INDEX_UNIT}]")
     axes.margins(x=0)
     caption = (
         f"Searches, {result.title}, with draws as they are and with screened draws: the best index "

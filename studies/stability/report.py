@@ -18,12 +18,12 @@ from matplotlib.figure import Figure
 from studies.core.evidence.digits import with_interval
 from studies.core.figures import (
     PlainLog,
+    PlainNumbers,
     canvas,
     drawn,
     finish,
     log_axis,
     no_minor_ticks,
-    plain_number,
     unmathed,
 )
 from studies.core.table import Column, Table
@@ -184,19 +184,27 @@ def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
         growth = np.where(each.growth <= slack, lowest / 2, np.maximum(each.growth, lowest))
         how: dict[str, Any] = {"cmap": colours, "norm": norm, "shading": "nearest"}
         axes.pcolormesh(each.k, each.nu, growth, **how, rasterized=True)
-        star: dict[str, Any] = {"color": "0.1", "markersize": 7, "linestyle": "none"}
+        star: dict[str, Any] = {
+            "color": "0.1",
+            "markersize": 7,
+            "linestyle": "none",
+            "clip_on": False,
+        }
         axes.plot(*each.own, "*", **star, label="the controller")
+        held = (each.growth <= slack).astype(float)
+        if 0 < held.mean() < 1:  # an edge that is seen in grey, too
+            axes.contour(each.k, each.nu, held, [0.5], colors="0.1", linewidths=0.6)
         log_axis(axes.xaxis)
         number = 3 * each.joint - 2
         axes.grid(False)
         axes.set(
-            xlabel=f"gain k{SUBSCRIPTS[number]} [N m ms^{NU}/rad]",
+            xlabel=f"gain k{SUBSCRIPTS[number]} [N m ms$^\\nu$/rad]",
             ylabel=f"order {NU}{SUBSCRIPTS[number]}",
             title=f"{unmathed(each.controllers)}, joint {each.joint}",
         )
     for axes in grid.ravel()[len(maps) :]:
         axes.set_axis_off()
-    scale: dict[str, Any] = {"ticks": PlainLog(), "format": plain_number, "aspect": 35}
+    scale: dict[str, Any] = {"ticks": PlainLog(), "format": PlainNumbers(), "aspect": 35}
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=grid, extend="both", **scale)
     no_minor_ticks(bar.ax.yaxis)
     bar.set_label("growth of the slowest-decaying motion [1/s]")

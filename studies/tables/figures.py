@@ -24,6 +24,7 @@ from studies.core.figures import (
     STYLES,
     VERMILION,
     PlainLog,
+    PlainNumbers,
     beside,
     canvas,
     drawn,
@@ -32,7 +33,6 @@ from studies.core.figures import (
     log_axis,
     name_lines,
     no_minor_ticks,
-    plain_number,
     unmathed,
 )
 from studies.core.paper import CASES, PAPER_MARKERS, PLANTS, case_name, paper_envelopes
@@ -130,7 +130,8 @@ def _heat(axes: Axes, rows: Sequence[RunRow], colours: LogNorm) -> AxesImage:
         axes.text(j, i, text, color=colour, size=SMALL, ha="center", va="center")
         if one_of[names[i]].tuned_for == shapes[j]:
             axes.add_patch(Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, **FRAME))
-    axes.set_xticks(range(len(shapes)), [f"on the {shape}" for shape in shapes])
+    axes.set_xticks(range(len(shapes)), shapes)
+    axes.set_xlabel("trajectory")
     axes.set_yticks(range(len(names)), [unmathed(row.origin_words) for row in one_of.values()])
     return image
 
@@ -157,7 +158,7 @@ def transfer_figure(rows: Sequence[RunRow]) -> Figure:
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
     panels[0].set_ylabel("controllers tuned")
-    bar = figure.colorbar(image, ax=panels, ticks=PlainLog(), format=plain_number, aspect=30)
+    bar = figure.colorbar(image, ax=panels, ticks=PlainLog(), format=PlainNumbers(), aspect=30)
     no_minor_ticks(bar.ax.yaxis)
     bar.set_label("envelope half-width [mm]")
     caption = (

@@ -21,6 +21,8 @@ from studies.core.figures import (
     BLUE,
     DASHES,
     GREEN,
+    INDEX,
+    INDEX_UNIT,
     ORANGE,
     SINGLE,
     canvas,
@@ -128,15 +130,22 @@ def course_figure(search: Search, title: str) -> Figure:
         held = np.isfinite(indices)
         dots: dict[str, Any] = {"color": "0.7", "markersize": 2, "linestyle": "none"}
         upper.plot(
-            numbers[held], indices[held], ".", **dots, label="a stable individual", rasterized=True
+            numbers[held],
+            INDEX * indices[held],
+            ".",
+            **dots,
+            label="a stable individual",
+            rasterized=True,
         )
         dashed = {"color": ORANGE, "linestyle": DASHES[1], "linewidth": 1.2}
-        upper.plot(generation, shown["median"], label="median of all", **dashed)
-        upper.plot(generation, shown["best"], color=BLUE, linewidth=1.4, label="best so far")
+        upper.plot(generation, INDEX * shown["median"], label="median of all", **dashed)
+        upper.plot(
+            generation, INDEX * shown["best"], color=BLUE, linewidth=1.4, label="best so far"
+        )
         log_axis(upper.yaxis)
     else:
         upper.text(0.5, 0.5, "every individual diverged", ha="center", transform=upper.transAxes)
-    upper.set(ylabel="index (5) [m² s]")
+    upper.set(ylabel=f"index (5) [{INDEX_UNIT}]")
     lower.plot(generation, 100 * column["stable_share"], color=GREEN)
     lower.set(xlabel="generation", ylabel="stable [%]", ylim=(0, 105))
     caption = f"{title}. Index (5) of all individuals and share that is stable, by generation."

@@ -65,7 +65,8 @@ def tabular(
     columns = "".join("r" if each else "l" for each in right)
     head = " & ".join(escaped(name) + (f" [{unit(u)}]" if u else "") for name, u in headings)
     body = [_line(line) for line in lines]
-    caption = " ".join(escaped(each).rstrip(":") for each in (title, note) if one_line(each))
+    words = [one_line(each).rstrip(":.") for each in (title, note) if one_line(each)]
+    caption = " ".join(f"{escaped(each)}." for each in words)
     caption = rf"\caption{{{caption}}}" if caption else ""
     end = r" \\"
     if len(body) > LONG:
