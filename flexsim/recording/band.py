@@ -11,10 +11,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from flexsim.loop.tracking import split, tangents
+from flexsim.loop.metrics import along_across, tangents
 from flexsim.numerics.types import Array
 
 PATHS = 20  # runs whose paths are kept
+QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,7 @@ class Band:
         runs: how many. time: (K,) [s].
         tip: (2, K, 2) least, then largest [m]. v: (2, K) deflection [m]. error: (2, K) distance
             of the tip from its reference at the same time [m]; along, across: (2, K) its parts,
-            see `flexsim.loop.tracking`. torque: (2, K, 2) as commanded [N m].
+            see `flexsim.loop.metrics`. torque: (2, K, 2) as commanded [N m].
         paths: (P, K, 2) tips of the first runs, at most PATHS [m].
     """
 
@@ -64,7 +65,7 @@ def covered(
         return band
     tip = tip[whole]
     apart = tip - reference_tip
-    along, across = split(apart, tangents(reference_tip))
+    along, across = along_across(apart, tangents(reference_tip))
     values = {
         "tip": tip,
         "v": v[whole],
@@ -87,8 +88,8 @@ class PairBand:
 
     Attributes:
         runs: pairs that both went on to their end. time: (K,) [s].
-        along, across: (3, K) least, median and largest at each sample, the second plant's tip
-            minus the first's, along and across the path [m].
+        along, across: (5, K) least, quartiles with the median between them, and largest at each
+            sample, of the second plant's tip minus the first's, along and across the path [m].
     """
 
     runs: int
@@ -105,6 +106,6 @@ def pair_band(time: Array, differences: Array, reference_tip: Array) -> PairBand
     """
     if not len(differences):
         return None
-    parts = split(differences, tangents(reference_tip))
-    along, across = (np.quantile(each, (0.0, 0.5, 1.0), axis=0) for each in parts)
+    parts = along_across(differences, tangents(reference_tip))
+    along, across = (np.quantile(each, QUANTILES, axis=0) for each in parts)
     return PairBand(len(differences), time, along, across)

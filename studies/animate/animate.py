@@ -18,6 +18,7 @@ from PIL import Image, features
 
 from flexsim.errors import ParameterError
 from flexsim.files.atomic import replacing, require_replaceable
+from flexsim.loop.trajectories import trajectory
 from flexsim.numerics.elementary import cos, sin
 from flexsim.recording.traces import ASSUMED_MODES, CHAIN, spoken
 from studies.animate.scene import Arm, Scene
@@ -26,7 +27,7 @@ from studies.core.folder import to_json
 from studies.core.options import HardwareOptions, RobotOptions, show_differences
 from studies.core.study_options import Controllers, SeedOptions, check_each_once
 from studies.core.text import spelled
-from studies.tools.follow import Followed, FollowConfig
+from studies.tools.follow import FollowConfig, Followed
 from studies.tools.follow import run as followed
 from studies.tuning.found import label_of
 
@@ -76,6 +77,7 @@ def check(config: AnimateConfig) -> None:
         raise ParameterError(f"{config.out} has none of the endings {known}; give it one")
     if suffix == ".webp" and not features.check("webp"):
         raise ParameterError("Pillow is built without WebP here; write a .gif")
+    trajectory(config.trajectory)
     check_each_once("plants", config.plants)
     if config.controllers:
         check_each_once("controllers", config.controllers)

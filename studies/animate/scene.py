@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,12 +19,13 @@ from matplotlib.lines import Line2D
 
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
-from studies.core.figures import DOUBLE, drawn, finish, sheet, thinned, unmathed
+from studies.core.figures import drawn, finish, sheet, thinned, unmathed
 
 MM = 1e3  # per metre
 WIDTH, HEIGHT = 140.0, 88.0  # [mm]
 DPI = 150  # of an animation: 826 pixels wide
 STEPS = (1, 2, 5)  # factors of the difference are these, times a power of ten
+TITLE_MOST = 26  # letters of a line above the difference
 LEAST = 1e-9  # [mm] a difference that nothing magnifies
 ROOM = 1.15  # of the largest difference: half the width of its panel
 REFERENCE: dict[str, Any] = {"color": "0.8", "linewidth": 4.0}
@@ -63,7 +65,7 @@ class Scene:
         self.arms = arms
         self.figure = sheet(HEIGHT, WIDTH)
         self.figure.set_dpi(DPI)
-        self._canvas = FigureCanvasAgg(self.figure)
+        self._canvas: Any = FigureCanvasAgg(self.figure)
         grid = self.figure.add_gridspec(1, 2, width_ratios=[1.1, 1])
         right = grid[1].subgridspec(2, 1, height_ratios=[1.2, 1])
         self.plan = self.figure.add_subplot(grid[0], label="plan")
@@ -135,8 +137,9 @@ class Scene:
         self._point = self._add(axes, color=second["color"], marker="o", markersize=6)
 
     def _title(self) -> str:
-        one, other = (unmathed(arm.name) for arm in self.arms)
-        return f"{other} minus {one},\n{self.factor:g} times larger"
+        one, other = (arm.name for arm in self.arms)
+        lines = textwrap.wrap(f"{other} minus {one},", TITLE_MOST)
+        return "\n".join([*map(unmathed, lines), f"{self.factor:g} times larger"])
 
     def _magnify(self, axes: Axes) -> None:
         """Give the difference a round factor, the largest that fits, once the layout stands."""

@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexsim.errors import ParameterError
+from flexsim.loop.metrics import along_across, tangents
 from flexsim.loop.motion import Motion
-from flexsim.loop.tracking import split, tangents
 from flexsim.numerics.types import Array
 from flexsim.recording.band import Band
 from flexsim.recording.case import Case
@@ -66,7 +66,7 @@ def _label(motion: Motion) -> str:
 def _error(motion: Motion, part: int) -> Array:
     """Return the tip's error along (0) or across (1) the path [mm]."""
     apart = motion.tip - motion.reference_tip
-    return MM * split(apart, tangents(motion.reference_tip))[part]
+    return MM * along_across(apart, tangents(motion.reference_tip))[part]
 
 
 CURVES: dict[str, tuple[str, Curve, Callable[[Band], Array]]] = {
@@ -133,7 +133,7 @@ def _draw_path(axes: Axes, case: Case, looks: dict[str, dict[str, Any]]) -> None
 def _draw_difference(axes: Axes, case: Case) -> None:
     """Draw the second plant's tip minus the first's, along and across the path, on its own scale.
 
-    The median and range of pairs of runs; of the runs shown where there are no pairs.
+    Median, quartiles and range of pairs of runs; of the runs shown where there are no pairs.
     """
     if len(case.motions) != 2:
         axes.text(0.5, 0.5, "one plant only", ha="center", transform=axes.transAxes)
@@ -144,14 +144,14 @@ def _draw_difference(axes: Axes, case: Case) -> None:
     else:
         time, apart = difference(case.motions, lambda motion: motion.tip)
         longest = max(case.motions.values(), key=lambda motion: len(motion.time))
-        parts = split(apart, tangents(longest.reference_tip)[: len(time)])
+        parts = along_across(apart, tangents(longest.reference_tip)[: len(time)])
         found = [each[None] for each in parts]
     most = MM * max((float(np.abs(each).max(initial=0.0)) for each in found), default=0.0)
     unit, scale = ("µm", 1e3 * MM) if most < FINE else ("mm", MM)
     axes.axhline(0.0, color="0.6", linewidth=0.5)
     for (name, (colour, dash)), values in zip(PARTS.items(), scale * np.array(found), strict=True):
-        if len(values) == 3:
-            shade(axes, time, values[0], values[2], color=colour, alpha=0.2)
+        for i in range(len(values) // 2):  # the range, upon it what lies between the quartiles
+            shade(axes, time, values[i], values[-1 - i], color=colour, alpha=0.2)
         how = {"color": colour, "linestyle": dash, "linewidth": 0.8}
         axes.plot(*thinned(time, values[len(values) // 2]), **how, label=f"difference {name} path")
     axes.set_ylabel(f"tips apart [{unit}]")
@@ -215,7 +215,10 @@ def _caption(case: Case) -> str:
     names = [spoken(plant) for plant in case.motions]
     pairs = "of the runs shown"
     if case.pairs is not None:
-        pairs = f"median and range at each time of {case.pairs.runs} pairs of equal gains and noise"
+        pairs = (
+            f"median, quartiles and range at each time of {case.pairs.runs} pairs of equal gains "
+            "and noise"
+        )
     parts = [
         f"Trajectory {case.trajectory}; controllers {case.controllers}; setting {case.setting}; "
         f"hardware {case.hardware}.",

@@ -32,7 +32,9 @@ from studies.core.figures import (
 HEIGHT = 165.0  # [mm]
 STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "D"), (VERMILION, "^"))
 ASIDE = 0.12  # of a rung, between cases
-TICKS = [sign * each for each in (0, 0.05, 0.1, 0.3, 1, 3, 10, 30, 100) for sign in (-1, 1)]  # [mm]
+TICKS = [sign * each for each in (0.05, 0.1, 0.3, 1, 3, 10, 30, 100) for sign in (-1, 1)] + [
+    0
+]  # [mm]
 TITLES = {"envelope": "envelope", "rms_error": "rms error", "max_v": "max |v|"}
 
 

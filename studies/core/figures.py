@@ -104,12 +104,11 @@ def style(plant: str) -> dict[str, Any]:
 def styles(plants: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return how the curves of several plants are drawn, two of one kind differently."""
     found: dict[str, dict[str, Any]] = {}
-    free = [*STYLES.values(), OTHER_STYLE]
-    for plant in plants:
-        own = style(plant)
-        if own in found.values():
-            own = next((each for each in free if each not in found.values()), own)
-        found[plant] = own
+    every = list(plants)
+    wanted = [style(plant) for plant in every]
+    free = [each for each in (*STYLES.values(), OTHER_STYLE) if each not in wanted]
+    for plant, own in zip(every, wanted, strict=True):
+        found[plant] = free.pop(0) if own in found.values() and free else own
     return found
 
 
@@ -205,9 +204,16 @@ class Between(PlainLog):
 class PlainNumbers(Formatter):
     """Numbers as ticks show them: all plain, or all as powers of ten where some are far from 1."""
 
+    _powers = False
+
+    def format_ticks(self, values: Any) -> list[str]:
+        """Return the texts of all ticks, in one manner."""
+        self._powers = any(each != 0 and not 1e-3 <= abs(each) < 1e4 for each in values)
+        return [self(each) for each in values]
+
     def __call__(self, value: float, pos: int | None = None) -> str:
-        """Return one tick's text, such as the others need it."""
-        if value == 0 or all(each == 0 or 1e-3 <= abs(each) < 1e4 for each in self.locs):
+        """Return one tick's text, as the last ticks' manner is."""
+        if value == 0 or not self._powers:
             return f"{value:g}".replace("-", MINUS)
         digits, power = f"{value:e}".split("e")
         factor = "" if float(digits) == 1 else f"{float(digits):g}" + r"\cdot "
@@ -251,7 +257,9 @@ def interval(
 ) -> None:
     """Draw a value on a line with its interval, an end that is unknown left out."""
     sides = [[0.0 if end is None else abs(value - end)] for end in ends]
-    axes.errorbar([value], [height], xerr=sides, fmt=marker, elinewidth=0.9, **how)
+    ends_on_top: dict[str, Any] = {"ecolor": "0.1", "elinewidth": 0.8, "barsabove": True}
+    look = {"markersize": 3.4, **ends_on_top, **how}
+    axes.errorbar([value], [height], xerr=sides, fmt=marker, **look)
 
 
 def beside(axes: Axes, height: float, text: str, colour: str) -> None:
