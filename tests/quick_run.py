@@ -33,7 +33,8 @@ class QuickRun:
     """A quick run.
 
     Attributes:
-        name: of the command. folder: of the run. result: as `run` gives it. content: of `--json`. text: without it.
+        name: of the command. folder: of the run. result: as `run` gives it.
+        content: of `--json`. text: without it.
     """
 
     name: str
@@ -74,6 +75,5 @@ def carried_out(name: str, folder: Path) -> QuickRun:
     result = study.carried_out(config)
     text = io.StringIO()
     study.show(config, result, Console(file=text, width=WIDTH))
-    return QuickRun(
-        name, folder, result, json.loads(study.as_json(config, result)), text.getvalue()
-    )
+    content = json.loads(study.as_json(config, result))
+    return QuickRun(name, folder, result, content, text.getvalue())

@@ -61,19 +61,20 @@ def ladder_figure(result: Convergence, ladders: Sequence[str]) -> Figure:
         axes = panels[-1][column]
         axes.set_xticks(range(len(rungs)), [_label(rung, ladder) for rung in rungs])
         what = "step [ms]" if ladder.startswith(STEPS) else "modes or segments"
-        axes.set_xlabel(f"{what}\n(cost over the exact beam's)")
+        axes.set_xlabel(what)
     for row, name in enumerate(FIGURES):
         panels[row][0].set_ylabel(f"{TITLES[name]}: change [mm]")
     caption = (
         f"Change of medians of {result.runs} runs from those of {held}, with 95 % intervals. "
-        "Star: the default. Linear within the grey band's double, logarithmic beyond."
+        "Star: the default. What a rung costs is in rungs.csv. "
+        "Linear within the grey band's double, logarithmic beyond."
     )
     return finish(figure, panels.flat, legend=5, caption=caption)
 
 
 def _label(rung: RungRow, ladder: str) -> str:
     size = f"{1e3 * rung.step:g}" if ladder.startswith(STEPS) else rung.size
-    return f"{size}{'*' if rung.default else ''}\n({rung.cost:.2g})"
+    return f"{size}{'*' if rung.default else ''}"
 
 
 def _panel(axes: Axes, result: Convergence, rungs: Sequence[RungRow], name: str) -> None:
