@@ -19,12 +19,12 @@ from matplotlib.lines import Line2D
 
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
-from studies.core.figures import drawn, finish, sheet, thinned, unmathed
+from studies.core.figures import MINUS, drawn, finish, sheet, thinned, unmathed
 
 MM = 1e3  # per metre
 WIDTH, HEIGHT = 140.0, 88.0  # [mm]
 DPI = 150  # of an animation: 826 pixels wide
-STEPS = (1, 2, 5)  # factors of the difference are these, times a power of ten
+STEPS = (1, 2, 3, 4, 5, 6, 8)  # factors of the difference are these, times a power of ten
 TITLE_MOST = 26  # letters of a line above the difference
 LEAST = 1e-9  # [mm] a difference that nothing magnifies
 ROOM = 1.15  # of the largest difference: half the width of its panel
@@ -138,7 +138,7 @@ class Scene:
 
     def _title(self) -> str:
         one, other = (arm.name for arm in self.arms)
-        lines = textwrap.wrap(f"{other} minus {one},", TITLE_MOST)
+        lines = textwrap.wrap(f"{other} {MINUS} {one},", TITLE_MOST)
         return "\n".join([*map(unmathed, lines), f"{self.factor:g} times larger"])
 
     def _magnify(self, axes: Axes) -> None:
@@ -191,6 +191,6 @@ class Scene:
 
 
 def round_down(number: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is no more than a number."""
+    """Return the largest of `STEPS` times a power of ten that is no more than a number."""
     power = 10.0 ** np.floor(np.log10(number))
     return float(max(step * power for step in STEPS if step * power <= number * (1 + 1e-12)))

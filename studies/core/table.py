@@ -267,9 +267,16 @@ def write_files(folder: Path, tables: Sequence[Table]) -> None:
         if not table.file:
             continue
         table.write_csv(folder / table.file)
-        prints = shown.get(table.file) or [table.declared()]
-        path = folder / table.file
-        text = "\n".join(each.markdown() for each in prints)
-        write_text(path.with_suffix(".md"), text, "the table")
-        text = "\n".join(each.latex() for each in prints)
-        write_text(path.with_suffix(".tex"), text, "the table")
+        write_prints(folder / table.file, shown.get(table.file) or [table.declared()])
+
+
+def write_prints(path: Path, tables: Sequence[Table]) -> None:
+    """Write tables in markdown and in LaTeX beside a CSV file.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    text = "\n".join(table.markdown() for table in tables)
+    write_text(path.with_suffix(".md"), text, "the table")
+    text = "\n".join(table.latex() for table in tables)
+    write_text(path.with_suffix(".tex"), text, "the table")

@@ -30,7 +30,7 @@ def scene(shift: float = 1e-3) -> Scene:
 
 
 @pytest.mark.parametrize(
-    ("given", "wanted"), [(1.0, 1), (4.99, 2), (5.0, 5), (99.0, 50), (0.3, 0.2), (2000.0, 2000)]
+    ("given", "wanted"), [(1.0, 1), (4.99, 4), (5.0, 5), (99.0, 80), (0.35, 0.3), (2000.0, 2000)]
 )
 def test_factors_are_round(given: float, wanted: float) -> None:
     assert round_down(given) == pytest.approx(wanted)
