@@ -19,7 +19,8 @@ from matplotlib.lines import Line2D
 
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
-from studies.core.figures import MINUS, drawn, finish, sheet, thinned, unmathed
+from studies.core.figures import drawn, finish, sheet, thinned, unmathed
+from studies.core.printed.ticks import MINUS
 
 MM = 1e3  # per metre
 WIDTH, HEIGHT = 140.0, 88.0  # [mm]

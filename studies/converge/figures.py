@@ -22,12 +22,12 @@ from studies.core.figures import (
     GREEN,
     ORANGE,
     VERMILION,
-    PlainNumbers,
     canvas,
     drawn,
     finish,
     unmathed,
 )
+from studies.core.printed.ticks import PlainNumbers
 
 HEIGHT = 165.0  # [mm]
 STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "D"), (VERMILION, "^"))

@@ -21,18 +21,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import (
-    Formatter,
-    Locator,
-    LogLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-)
+from matplotlib.ticker import NullFormatter, NullLocator
 
 from flexsim.files.atomic import replacing, write_text
 from flexsim.numerics.types import Array
 from flexsim.recording.traces import kind, spoken
+from studies.core.printed.ticks import Between, PlainLog, PlainNumbers
 from studies.core.study_options import FORMATS
 from studies.core.text import markdown_text, one_line
 
@@ -43,7 +37,6 @@ FIGURES, CAPTIONS = "figures", "captions.md"
 SINGLE, DOUBLE = 84.0, 174.0  # widths of one and of two columns [mm]
 INCH = 25.4  # [mm]
 DPI = 300
-MINUS = "\u2212"
 INDEX, INDEX_UNIT = 1e4, "10⁻⁴ m² s"  # the index (5) as figures have it
 FONT, SMALL = 8, 7  # [pt] of letters, and of ticks and legends
 RC: Any = {
@@ -159,67 +152,6 @@ def finish(
     return figure
 
 
-class PlainLog(Locator):
-    """Ticks of a logarithmic axis that can be read: from three on, at round numbers."""
-
-    STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
-    LEAST = 3
-
-    def __init__(self, most: int = 6):
-        self.most = most
-
-    def __call__(self) -> Any:
-        """Return the ticks in view."""
-        axis: Any = self.axis
-        return self.tick_values(*axis.get_view_interval())
-
-    def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return ticks between two values."""
-        return self._found(vmin, vmax)[0]
-
-    def _found(self, vmin: float, vmax: float) -> tuple[Any, int]:
-        """Return ticks, and how many decades apart they are, 0 for less than one."""
-        low, high = sorted((max(vmin, 1e-300), max(vmax, 1e-300)))
-        powers = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
-        for steps in self.STEPS:
-            ticks = np.sort(np.outer(10.0**powers, steps).ravel())
-            ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
-            if len(ticks) >= self.LEAST:
-                apart = -(-len(ticks) // self.most) if len(steps) == 1 else 0
-                return ticks[:: max(apart, 1)], apart
-        ticks = np.asarray(MaxNLocator(4).tick_values(low, high))
-        return ticks[(ticks >= low) & (ticks <= high)], 0
-
-
-class Between(PlainLog):
-    """The small ticks between those: at 2 to 9 of a decade, or at the decades that are left out."""
-
-    def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return ticks between two values."""
-        _, apart = self._found(vmin, vmax)
-        subs = (1.0,) if apart > 1 else range(2, 10)
-        return LogLocator(subs=subs, numticks=100).tick_values(vmin, vmax)
-
-
-class PlainNumbers(Formatter):
-    """Numbers as ticks show them: all plain, or all as powers of ten where some are far from 1."""
-
-    _powers = False
-
-    def format_ticks(self, values: Any) -> list[str]:
-        """Return the texts of all ticks, in one manner."""
-        self._powers = any(each != 0 and not 1e-3 <= abs(each) < 1e4 for each in values)
-        return [self(each) for each in values]
-
-    def __call__(self, value: float, pos: int | None = None) -> str:
-        """Return one tick's text, as the last ticks' manner is."""
-        if value == 0 or not self._powers:
-            return f"{value:g}".replace("-", MINUS)
-        digits, power = f"{value:e}".split("e")
-        factor = "" if float(digits) == 1 else f"{float(digits):g}" + r"\cdot "
-        return f"${factor}10^{{{int(power)}}}$"
-
-
 def log_axis(axis: Axis, most: int = 6) -> None:
     """Make an axis logarithmic, with ticks that can be read, at most about so many."""
     own: Any = axis
@@ -304,7 +236,7 @@ def save(figure: Figure, path: Path) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    kind = path.suffix[1:]
+    form = path.suffix[1:]
     about = {"Creator": "flexsim"}
     caption = one_line(figure.get_label())
     more: dict[str, dict[str, Any]] = {
@@ -313,7 +245,7 @@ def save(figure: Figure, path: Path) -> None:
         "svg": {**about, "Date": None, "Description": caption},
     }
     with rc_context(RC), replacing(path, "the figure") as temporary:
-        figure.savefig(temporary, format=kind, dpi=DPI, metadata=more[kind])
+        figure.savefig(temporary, format=form, dpi=DPI, metadata=more[form])
 
 
 def write_figures(

@@ -17,8 +17,6 @@ from matplotlib.figure import Figure
 
 from studies.core.evidence.digits import with_interval
 from studies.core.figures import (
-    PlainLog,
-    PlainNumbers,
     canvas,
     drawn,
     finish,
@@ -26,6 +24,7 @@ from studies.core.figures import (
     no_minor_ticks,
     unmathed,
 )
+from studies.core.printed.ticks import PlainLog, PlainNumbers
 from studies.core.table import Column, Table
 from studies.stability.loops import EXACT
 from studies.stability.maps import StabilityMap

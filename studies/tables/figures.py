@@ -23,8 +23,6 @@ from studies.core.figures import (
     SMALL,
     STYLES,
     VERMILION,
-    PlainLog,
-    PlainNumbers,
     beside,
     canvas,
     drawn,
@@ -36,6 +34,7 @@ from studies.core.figures import (
     unmathed,
 )
 from studies.core.paper import CASES, PAPER_MARKERS, PLANTS, case_name, paper_envelopes
+from studies.core.printed.ticks import PlainLog, PlainNumbers
 from studies.tables.rows import GivenRow, RunRow, TablesResult
 
 COLOURS = {plant: STYLES[plant]["color"] for plant in PLANTS} | {"both": GREEN}  # tuned on

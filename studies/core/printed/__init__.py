@@ -1,1 +1,1 @@
-"""What prints beside the files that programs read: tables in LaTeX and markdown."""
+"""What prints: tables in LaTeX, ticks that can be read."""
