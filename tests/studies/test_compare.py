@@ -451,7 +451,8 @@ def test_a_check_sample_outside_is_said() -> None:
 
 def test_tip_difference_is_over_what_both_ran() -> None:
     def ran(*tips: tuple[float, float]) -> Batch:
-        return Batch([], np.reshape(tips, (1, -1, 2)), np.zeros((1, len(tips))))
+        tip = np.reshape(tips, (1, -1, 2))
+        return Batch([], tip, np.zeros((1, len(tips))), np.zeros_like(tip))
 
     nan = (np.nan, np.nan)
     first = ran((0.0, 0.0), (1.0, 0.0), (9.0, 9.0))
