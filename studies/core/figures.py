@@ -187,10 +187,18 @@ def interval(
     marker: str,
     **how: Any,
 ) -> None:
-    """Draw a value on a line with its interval, an end that is unknown left out."""
-    sides = [[0.0 if end is None else abs(value - end)] for end in ends]
-    ends_on_top: dict[str, Any] = {"ecolor": "0.1", "elinewidth": 0.8, "barsabove": True}
-    look = {"markersize": 3.4, **ends_on_top, **how}
+    """Draw a value on a line with its interval; without an end where that is unknown."""
+    low, high = ends
+    look: dict[str, Any] = {"markersize": 3.4, "linestyle": "none", **how}
+    bar: dict[str, Any] = {"color": "0.1", "linewidth": 0.8}
+    if low is None or high is None:
+        axes.plot([value], [height], marker, **look)
+        known = [each for each in (low, value, high) if each is not None]
+        if len(known) > 1:
+            axes.plot(known, [height] * len(known), zorder=4, **bar)
+        return
+    look |= {"ecolor": bar["color"], "elinewidth": bar["linewidth"], "barsabove": True}
+    sides = [[abs(value - low)], [abs(high - value)]]
     axes.errorbar([value], [height], xerr=sides, fmt=marker, **look)
 
 

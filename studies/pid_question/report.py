@@ -274,7 +274,7 @@ def _draw(shares: Axes, best: Axes, row: CaseRow, height: float) -> None:
     colour, marker = COLOURS[row.names.range], MARKS[row.names.range]
     shares.barh(height, 100 * row.stable_draws, BAR, color=colour, alpha=0.5)
     draws = 100 * row.stable_draws_low, 100 * row.stable_draws_high
-    shares.plot(draws, [height] * 2, color="0.25", linewidth=0.9)
+    shares.plot(draws, [height - 0.3 * BAR] * 2, color="0.25", linewidth=0.8)
     runs = 100 * row.stable_runs_low, 100 * row.stable_runs_high
     interval(shares, 100 * row.stable_runs, height, runs, marker, color=colour, clip_on=False)
     if row.best_index is None:

@@ -30,6 +30,7 @@ from studies.core.figures import (
     STYLES,
     canvas,
     finish,
+    interval,
     log_axis,
     save,
     styles,
@@ -258,6 +259,21 @@ def test_summary_shows_rows_and_paper() -> None:
     assert [text.get_text() for text in axes.texts] == ["chain diverged"]
     assert len(axes.get_yticks()) == 2
     assert faults(figure) == []
+
+
+def test_an_interval_that_is_unknown_is_not_drawn() -> None:
+    """Neither as one of no width; an end that is unknown is no end."""
+    drawn = []
+    for ends in ((None, None), (1.0, None), (1.0, 4.0)):
+        _, panels = canvas(height=30)
+        interval(panels[0, 0], 2.0, 0.0, ends, "o", color="k")
+        axes = panels[0, 0]
+        bars = [each.get_segments()[0][:, 0].tolist() for each in axes.collections]
+        lines = [np.atleast_1d(line.get_xdata()).tolist() for line in axes.lines]
+        drawn.append((bars, sorted(lines)))
+    assert drawn[0] == ([], [[2.0]])
+    assert drawn[1] == ([], [[1.0, 2.0], [2.0]])
+    assert drawn[2] == ([[1.0, 4.0]], [[2.0]])
 
 
 def test_two_plants_of_a_kind_look_different() -> None:
