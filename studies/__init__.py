@@ -18,5 +18,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "view", "watch", "tools"),
+    "animate",
     *("commands", "shell", "main"),
 )

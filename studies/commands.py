@@ -171,6 +171,12 @@ COMMANDS = {  # by name, groups together
         "look at runs in the rerun viewer, side by side if several",
         LOOKING,
     ),
+    "animate": Command(
+        "animate.animate",
+        "AnimateConfig",
+        "both arms over the reference, moving or still: GIF, WebP, PNG",
+        LOOKING,
+    ),
     "completion": Command(
         "shell.completion",
         "CompletionConfig",

@@ -10,8 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from figure_rules import faults
 from rich.console import Console
 
+from studies.core.carry_out import listed
+from studies.core.figures import CAPTIONS
 from studies.main import COMMANDS
 
 WIDTH = 80  # columns of the terminal
@@ -30,9 +33,11 @@ class QuickRun:
     """A quick run.
 
     Attributes:
-        folder: of the run. result: as `run` gives it. content: of `--json`. text: without it.
+        name: of the command. folder: of the run. result: as `run` gives it.
+        content: of `--json`. text: without it.
     """
 
+    name: str
     folder: Path
     result: Any
     content: dict[str, Any]
@@ -45,22 +50,30 @@ class QuickRun:
 
     @property
     def files(self) -> set[str]:
-        """Names of what lies in the folder, hidden files left out."""
-        return {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
+        """Names of what lies in the folder, hidden files and tables for print left out."""
+        return {name.removesuffix("/") for name in listed(self.folder)}
 
     @property
     def figures(self) -> set[str]:
-        """Names of the figures."""
-        return {path.name for path in (self.folder / "figures").iterdir()}
+        """Names of the figures, their captions left out."""
+        return {path.name for path in (self.folder / "figures").iterdir()} - {CAPTIONS}
+
+    def faults(self) -> list[str]:
+        """Return what is wrong with the study's figures as something to print."""
+        module = importlib.import_module(f"studies.{COMMANDS[self.name][0]}")
+        drawn = module.command.figures(self.result)
+        return [f"{name}: {fault}" for name, figure in drawn for fault in faults(figure)]
 
 
 def carried_out(name: str, folder: Path) -> QuickRun:
     """Return the quick run of a command, its folder made."""
     home = COMMANDS[name]
     module = importlib.import_module(f"studies.{home.module}")
-    options = {"out": folder, "quick": True, "json": True, **OPTIONS.get(name, {})}
+    options = {"out": folder, "quick": True, "json": True, "format": ("png",)}
+    options |= OPTIONS.get(name, {})
     config, study = getattr(module, home.config)(**options), module.command
     result = study.carried_out(config)
     text = io.StringIO()
     study.show(config, result, Console(file=text, width=WIDTH))
-    return QuickRun(folder, result, json.loads(study.as_json(config, result)), text.getvalue())
+    content = json.loads(study.as_json(config, result))
+    return QuickRun(name, folder, result, content, text.getvalue())

@@ -1,6 +1,7 @@
 """Figures of merit of a motion: Table 3's envelope half-width, the index (5), errors and v.
 
 >>> measures(motion, reference)["envelope"]   # [m]
+>>> along, across = along_across(tip - reference.tip, tangents(reference.tip))   # [m]
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 
+STILL = 1e-9  # [m] between a sample's neighbours: less has no direction that rounding leaves
 WEIGHTS = (1.0, 1.0, 1.0)  # of x, y and v in the index (5), unless told otherwise
 
 
@@ -36,6 +38,42 @@ def rms_distance(first: ArrayLike, second: ArrayLike) -> float:
     """Return the root-mean-square distance of points (K, 2), (K, 2), one by one [m]."""
     apart = np.asarray(first) - np.asarray(second)
     return float(np.sqrt(np.mean(np.sum(apart**2, axis=1))))
+
+
+def tangents(reference: ArrayLike) -> Array:
+    """Return the direction in which a reference goes at each of its samples (K, 2), of length 1.
+
+    By central differences. Where the reference stands still the last direction is held, before it
+    first moves the first; one that never moves goes along x.
+
+    Args:
+        reference: (K, 2) tip positions [m].
+    """
+    points = np.asarray(reference, dtype=float)
+    if len(points) < 2:
+        return np.tile([1.0, 0.0], (len(points), 1))
+    padded = np.concatenate([points[:1], points, points[-1:]])
+    way = padded[2:] - padded[:-2]
+    length = np.hypot(*way.T)
+    moving = np.flatnonzero(length > STILL)
+    if not len(moving):
+        return np.tile([1.0, 0.0], (len(points), 1))
+    last = np.searchsorted(moving, np.arange(len(points)), side="right") - 1
+    held = moving[np.maximum(last, 0)]
+    return way[held] / length[held, None]
+
+
+def along_across(difference: ArrayLike, tangent: Array) -> tuple[Array, Array]:
+    """Return the parts of differences (..., K, 2) along and across a path (..., K), in their unit.
+
+    Across is positive to the left of the path's direction.
+
+    Args:
+        difference: of the tip from its reference, or of two tips. tangent: (K, 2), see `tangents`.
+    """
+    x, y = np.moveaxis(np.asarray(difference, dtype=float), -1, 0)
+    tx, ty = tangent.T
+    return x * tx + y * ty, y * tx - x * ty
 
 
 def performance_index(motion: Motion, weights: ArrayLike = WEIGHTS) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +13,7 @@ from flexsim.loop.friction import Friction
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
-from flexsim.recording.band import Band
+from flexsim.recording.band import Band, PairBand
 from flexsim.recording.traces import longest
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ class Case:
         shown: by the plant's name, which of its runs the motion is.
         friction: of the joints, whose states over time are shown; without it they are not.
         merit: by the plant's name, figures of merit in words by what they are.
+        pairs: how far apart the two plants are in pairs of runs, if runs were repeated.
+        torque_limit: of the motors of joints 1 and 2 [N m], inf for none.
 
     Raises:
         ParameterError: a name that no entity path can carry, or no motion.
@@ -52,6 +55,8 @@ class Case:
     shown: Mapping[str, str] = field(default_factory=dict)
     friction: Friction | None = None
     merit: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    pairs: PairBand | None = None
+    torque_limit: tuple[float, float] = (math.inf, math.inf)
 
     def __post_init__(self) -> None:
         """Refuse what could not be recorded."""

@@ -20,7 +20,7 @@ import numpy as np
 from rich.progress import Progress
 
 from controllers import Filter
-from flexsim.loop.settings import setting
+from flexsim.loop.settings import Setting, setting
 from flexsim.loop.trajectories import reference
 from flexsim.numerics.clocks import whole_substeps
 from flexsim.plants.base import Plant
@@ -207,7 +207,15 @@ def case_of(task: Task, found: Sequence[Repeated], robot: Robot, config: Compare
         shown={name: each.shown_words for name, each in by_name.items()},
         friction=setting(task.setting).friction,
         merit={name: report.merit(each.found) for name, each in by_name.items()},
+        pairs=found[-1].pairs,
+        torque_limit=torque_limit(found[0].stage.setting),
     )
+
+
+def torque_limit(chosen: Setting) -> tuple[float, float]:
+    """Return the limits of both motors [N m], the lesser of hardware's and friction's; or inf."""
+    one, other = zip(chosen.hardware.torque_limit, chosen.friction.torque_limit, strict=True)
+    return min(one), min(other)
 
 
 def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:

@@ -1,11 +1,12 @@
-"""Figures of a comparison: one per case in the manner of the paper's Figures 3-6, one of them all.
+"""Figures of a comparison: one per case, of errors, difference and torques; one of all envelopes.
 
 >>> case_figure(case)                 # doctest: +SKIP
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,136 +14,266 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexsim.errors import ParameterError
+from flexsim.loop.metrics import along_across, tangents
 from flexsim.loop.motion import Motion
+from flexsim.numerics.types import Array
+from flexsim.recording.band import Band
 from flexsim.recording.case import Case
-from flexsim.recording.traces import MM, spoken
+from flexsim.recording.traces import MM, difference, spoken
 from studies.compare.rows import CompareRow
 from studies.core.figures import (
-    DPI,
-    FONT,
-    WIDTH,
+    BLACK,
+    DOUBLE,
+    SINGLE,
+    VERMILION,
+    beside,
     canvas,
+    drawn,
     finish,
-    log_ticks,
+    interval,
+    log_axis,
     mark,
     name_lines,
-    style,
+    shade,
+    sheet,
+    styles,
+    thinned,
+    unmathed,
 )
 from studies.core.paper import PAPER_MARKERS, case_envelopes
 
-REFERENCE_STYLE: dict[str, Any] = {"color": "0.74", "linewidth": 7.5, "linestyle": (0, (1.4, 0.6))}
-CASE_HEIGHT = 9.5  # [in]
+REFERENCE_STYLE: dict[str, Any] = {"color": "0.78", "linewidth": 3.4}
+COLUMNS = (("path", "tau1", "tau2"), ("along", "across", "difference", "v"))
+SHARES = ((2.2, 1, 1), (1, 1, 1, 1))  # of their heights
+CASE_HEIGHT = 150.0  # [mm]
 SHADE = 0.3  # opacity of what all runs cover
+NEAR = 1.5  # of the largest torque: a limit farther away is not drawn
+FINE = 0.1  # [mm] a difference below which is shown in micrometres
+NAME_MOST = 22  # letters of a case's name beside a panel of one column
+PARTS: dict[str, tuple[Any, Any]] = {
+    "along": (BLACK, "-"),
+    "across": (VERMILION, (0, (3, 1.2))),
+}
+Curve = Callable[[Motion], Array]
 
 
-def _label(case: Case, motion: Motion) -> str:
-    """Return a plant's legend entry: which run it is, and the time it diverged at if it did."""
-    which = f": {case.shown[motion.plant]}" if motion.plant in case.shown else ""
+def _label(motion: Motion) -> str:
+    """Return a plant's legend entry, with the time it diverged at if it did."""
     fate = "" if motion.diverged is None else f", diverged at {motion.diverged:.3f} s"
-    return spoken(motion.plant) + which + fate
+    return spoken(motion.plant) + fate
 
 
-def _draw_bands(axes: Axes, case: Case, curve: str) -> None:
-    """Shade what all runs of a plant cover, of 'x', 'y' or 'v', pale below the runs shown."""
+def _error(motion: Motion, part: int) -> Array:
+    """Return the tip's error along (0) or across (1) the path [mm]."""
+    apart = motion.tip - motion.reference_tip
+    return MM * along_across(apart, tangents(motion.reference_tip))[part]
+
+
+CURVES: dict[str, tuple[str, Curve, Callable[[Band], Array]]] = {
+    "along": ("error [mm]", lambda m: _error(m, 0), lambda b: MM * b.along),
+    "across": ("error [mm]", lambda m: _error(m, 1), lambda b: MM * b.across),
+    "v": ("v [mm]", lambda m: MM * m.v, lambda b: MM * b.v),
+    "tau1": ("torque [N m]", lambda m: m.torque[:, 0], lambda b: b.torque[..., 0]),
+    "tau2": ("torque [N m]", lambda m: m.torque[:, 1], lambda b: b.torque[..., 1]),
+}
+TITLES = {
+    "path": "path of the tip",
+    "along": "tip error along the path",
+    "across": "tip error across the path",
+    "tau1": "commanded torque, joint 1",
+    "tau2": "commanded torque, joint 2",
+    "difference": "difference of the models' tips",
+    "v": "tip deflection",
+}
+
+
+def _over_time(axes: Axes, case: Case, name: str, looks: dict[str, dict[str, Any]]) -> None:
+    """Draw one quantity of all plants over time, over the bands of their runs."""
+    label, curve, ends = CURVES[name]
+    thin = {"linewidth": 0.6} if name.startswith("tau") else {}
+    axes.axhline(0.0, color="0.6", linewidth=0.5)
     for plant, band in case.bands.items():
-        ends = MM * band.v if curve == "v" else band.tip[..., "xy".index(curve)]
-        axes.fill_between(band.time, *ends, color=style(plant)["color"], alpha=SHADE, linewidth=0)
-
-
-def _mark_divergence(axes: Axes, motion: Motion, x: Any, y: Any) -> None:
-    """Mark where a motion ends because it diverged."""
-    if motion.diverged is not None and len(x):
-        colour = style(motion.plant)["color"]
-        axes.plot(x[-1:], y[-1:], "X", color=colour, markersize=11, markeredgecolor="white")
-
-
-def _over_time(axes: Axes, case: Case, label: str, curve: str) -> None:
-    """Draw one quantity of all plants over time: 'x' and 'y' of the tip [m], or 'v' [mm]."""
-    time, tip = case.reference_tip
-    if curve == "v":
-        axes.axhline(0.0, color="0.68", linewidth=1.0)
-    else:
-        axes.plot(time, tip[:, "xy".index(curve)], **REFERENCE_STYLE)
-    _draw_bands(axes, case, curve)
+        shade(axes, band.time, *ends(band), color=looks[plant]["color"], alpha=SHADE)
     for motion in case.motions.values():
-        value = MM * motion.v if curve == "v" else motion.tip[:, "xy".index(curve)]
-        axes.plot(motion.time, value, **style(motion.plant))
-        _mark_divergence(axes, motion, motion.time, value)
+        values = curve(motion)
+        axes.plot(*thinned(motion.time, values), **{**looks[motion.plant], **thin})
+        _mark_divergence(axes, motion, (motion.time, values), looks)
     axes.set_ylabel(label)
-    axes.margins(x=0)
 
 
-def _draw_path(axes: Axes, case: Case) -> None:
+def _mark_divergence(
+    axes: Axes, motion: Motion, curve: Any, looks: dict[str, dict[str, Any]]
+) -> None:
+    """Mark where a motion's curve ends because it diverged."""
+    x, y = curve
+    if motion.diverged is not None and len(x):
+        how = {"color": looks[motion.plant]["color"], "markeredgecolor": "white", "markersize": 7}
+        axes.plot(x[-1:], y[-1:], "X", linestyle="none", label="end of a run that diverged", **how)
+
+
+def _draw_path(axes: Axes, case: Case, looks: dict[str, dict[str, Any]]) -> None:
     """Draw the tips' paths over the reference path; the legend's entries are its curves'."""
     _, reference = case.reference_tip
     axes.plot(*reference.T, **REFERENCE_STYLE, label="reference")
     for plant, band in case.bands.items():
         for tip in band.paths:
-            axes.plot(*tip.T, color=style(plant)["color"], alpha=SHADE, linewidth=0.8)
+            how = {"color": looks[plant]["color"], "alpha": SHADE, "linewidth": 0.4}
+            axes.plot(*tip.T, **how, rasterized=True)
     for motion in case.motions.values():
-        axes.plot(*motion.tip.T, **style(motion.plant), label=_label(case, motion))
-        _mark_divergence(axes, motion, *motion.tip.T)
+        axes.plot(*motion.tip.T, **looks[motion.plant], label=_label(motion))
+        _mark_divergence(axes, motion, motion.tip.T, looks)
     start = reference[:1].T
-    axes.plot(*start, "o", color="0.15", markerfacecolor="none", markersize=11, label="start")
+    axes.plot(*start, "o", color="0.15", markerfacecolor="none", markersize=6, label="start")
     if case.bands:
         axes.fill([], [], color="0.4", alpha=SHADE, linewidth=0, label="pale: all runs")
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="path of the tip")
+    axes.set(xlabel="x of the tip [m]", ylabel="y of the tip [m]")
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def case_figure(case: Case) -> Figure:
-    """Return x(t), y(t), v(t) and the path of the tip, both plants over the dashed reference.
+def _draw_difference(axes: Axes, case: Case) -> None:
+    """Draw the second plant's tip minus the first's, along and across the path, on its own scale.
 
-    Shaded: what all runs cover; on the path, the first of them as thin lines.
+    Median, quartiles and range of pairs of runs; of the runs shown where there are no pairs.
+    """
+    if len(case.motions) != 2:
+        axes.text(0.5, 0.5, "one plant only", ha="center", transform=axes.transAxes)
+        axes.set_yticks([])
+        return
+    if case.pairs is not None:
+        time, found = case.pairs.time, [case.pairs.along, case.pairs.across]
+    else:
+        time, apart = difference(case.motions, lambda motion: motion.tip)
+        longest = max(case.motions.values(), key=lambda motion: len(motion.time))
+        parts = along_across(apart, tangents(longest.reference_tip)[: len(time)])
+        found = [each[None] for each in parts]
+    most = MM * max((float(np.abs(each).max(initial=0.0)) for each in found), default=0.0)
+    unit, scale = ("µm", 1e3 * MM) if most < FINE else ("mm", MM)
+    axes.axhline(0.0, color="0.6", linewidth=0.5)
+    for (name, (colour, dash)), values in zip(PARTS.items(), scale * np.array(found), strict=True):
+        for i in range(len(values) // 2):  # the range, upon it what lies between the quartiles
+            shade(axes, time, values[i], values[-1 - i], color=colour, alpha=0.2)
+        how = {"color": colour, "linestyle": dash, "linewidth": 0.8}
+        axes.plot(*thinned(time, values[len(values) // 2]), **how, label=f"difference {name} path")
+    axes.set_ylabel(f"tips apart [{unit}]")
+
+
+def _draw_limits(panels: dict[str, Axes], case: Case) -> None:
+    """Draw the limits of torques where they are near."""
+    for joint, limit in enumerate(case.torque_limit):
+        most = max(np.abs(each.torque[:, joint]).max(initial=0.0) for each in case.motions.values())
+        if limit < NEAR * most:
+            for end in (-limit, limit):
+                how: dict[str, Any] = {"color": "0.3", "linestyle": ":", "linewidth": 0.8}
+                panels[f"tau{joint + 1}"].axhline(end, label="limit of the motor", **how)
+
+
+def _difference_title(case: Case) -> str:
+    """Return which tip is subtracted from which."""
+    names = [spoken(plant) for plant in case.motions]
+    return f"tips: {names[1]} minus {names[0]}" if len(names) == 2 else TITLES["difference"]
+
+
+@drawn
+def case_figure(case: Case) -> Figure:
+    """Return path, errors along and across it, difference of the plants, v and torques.
+
+    Pale: what all runs cover; on the path, the first of them as thin lines.
 
     Args:
         case: with at least one motion.
     """
-    figure = Figure(figsize=(WIDTH, CASE_HEIGHT), dpi=DPI, layout="constrained")
-    axes = figure.subplot_mosaic(
-        [["x", "path"], ["y", "path"], ["v", "path"]], width_ratios=[1.15, 1]
+    figure = sheet(CASE_HEIGHT)
+    axes: dict[str, Axes] = {}
+    halves = figure.add_gridspec(1, 2)
+    for column, (names, shares) in enumerate(zip(COLUMNS, SHARES, strict=True)):
+        grid = halves[column].subgridspec(len(names), 1, height_ratios=shares)
+        axes |= {name: figure.add_subplot(grid[i], label=name) for i, name in enumerate(names)}
+    looks = styles(case.motions)
+    for name in CURVES:
+        _over_time(axes[name], case, name, looks)
+    _draw_path(axes["path"], case, looks)
+    _draw_difference(axes["difference"], case)
+    _draw_limits(axes, case)
+    for name in (*CURVES, "difference"):
+        axes[name].set_xlim(*case.reference_tip[0][[0, -1]].tolist())
+        last = name in (names[-1] for names in COLUMNS)
+        axes[name].tick_params(labelbottom=last)
+        axes[name].set_xlabel("time [s]" if last else "")
+    titles = TITLES | {"difference": _difference_title(case)}
+    for letter, (name, title) in zip("abcdefg", titles.items(), strict=True):
+        axes[name].set_title(f"({letter}) {title}", loc="left")
+    for names in COLUMNS:
+        figure.align_ylabels([axes[name] for name in names])
+    return finish(figure, [axes[name] for name in TITLES], legend=4, caption=_caption(case))
+
+
+def _caption(case: Case) -> str:
+    """Return what a case's figure shows, of which runs, in words."""
+    shown = "; ".join(
+        f"{spoken(plant)}: {case.shown[plant]}" for plant in case.motions if plant in case.shown
     )
-    _over_time(axes["x"], case, "x of the tip [m]", "x")
-    _over_time(axes["y"], case, "y of the tip [m]", "y")
-    _over_time(axes["v"], case, "tip deflection v [mm]", "v")
-    axes["v"].set_xlabel("time [s]")
-    for name in "xy":
-        axes[name].sharex(axes["v"])
-        axes[name].tick_params(labelbottom=False)
-    _draw_path(axes["path"], case)
-    title = (
-        f"trajectory: {case.trajectory}   ·   controllers: {case.controllers}   ·   "
-        f"setting: {case.setting}\nhardware: {case.hardware}"
-    )
-    return finish(figure, [axes["path"], axes["x"], axes["y"], axes["v"]], legend=5, title=title)
+    names = [spoken(plant) for plant in case.motions]
+    pairs = "of the runs shown"
+    if case.pairs is not None:
+        pairs = (
+            f"median, quartiles and range at each time of {case.pairs.runs} pairs of equal gains "
+            "and noise"
+        )
+    parts = [
+        f"Trajectory {case.trajectory}; controllers {case.controllers}; setting {case.setting}; "
+        f"hardware {case.hardware}.",
+        "(a) Path of the tip. (b), (c) Its error along the path, positive ahead, and across it, "
+        "positive to the left; where the reference stands still, by its last direction.",
+        "(d), (e) Commanded torques.",
+    ]
+    if max(case.torque_limit) < math.inf:
+        one, other = case.torque_limit
+        parts.append(f"Motors give up to {one:g} and {other:g} N m.")
+    if len(names) == 2:
+        parts.append(f"(f) Tip of the {names[1]} minus tip of the {names[0]}, {pairs}.")
+    parts.append("(g) Tip deflection.")
+    if shown:
+        parts.append(f"Curves: {shown}.")
+    if case.bands:
+        runs = ", ".join(f"{band.runs} of the {spoken(each)}" for each, band in case.bands.items())
+        parts.append(
+            f"Pale: least and largest of all runs ({runs}); in (a) the paths of the first."
+        )
+    return " ".join(parts)
 
 
 def _draw_row(axes: Axes, row: CompareRow, height: float) -> None:
-    """Draw one plant's half-width with its interval, or a note that it diverged."""
+    """Draw one plant's half-width with its interval [mm], or a note that it diverged."""
     marker, how = mark(row.plant)
     if row.found.envelope is None or row.found.diverged:
-        place = axes.get_yaxis_transform()
-        text = f"{spoken(row.plant)} diverged"
-        axes.text(
-            1.01, height, text, color=how["color"], size=FONT - 2, va="center", transform=place
-        )
+        beside(axes, height, f"{spoken(row.plant)} diverged", how["color"])
         return
-    axes.plot(row.found.envelope, height, marker, color=how["color"], markersize=10, zorder=3)
-    low, high = row.found.interval("envelope")
-    if low is not None and high is not None:
-        axes.plot([low, high], [height] * 2, "|-", color="0.15", markersize=12, zorder=4)
+    low, high = (None if end is None else MM * end for end in row.found.interval("envelope"))
+    colour = how["color"]
+    interval(axes, MM * row.found.envelope, height, (low, high), marker, color=colour, zorder=3)
 
 
-def _draw_legend(axes: Axes, plants: Sequence[str]) -> None:
-    """Draw the legend of the summary, above it."""
+def _legend(axes: Axes, plants: Sequence[str]) -> None:
+    """Name the markers."""
     for plant in plants:
         marker, how = mark(plant)
-        axes.plot([], [], marker, markersize=10, **how)
+        axes.plot([], [], marker, **how)
     for label, marker in PAPER_MARKERS:
-        axes.plot([], [], marker, color="0.15", markersize=13, markeredgewidth=2, label=label)
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=4, frameon=False, fontsize=FONT)
+        axes.plot([], [], marker, color="0.15", markersize=6, linestyle="none", label=label)
 
 
+def _names(rows: Sequence[CompareRow]) -> dict[int, str]:
+    """Return what each row's case is called, by the row's identity, in what cases differ in."""
+    differ = [key for key in ("setting", "hardware") if len({getattr(r, key) for r in rows}) > 1]
+    groups = len({row.group for row in rows}) > 1
+    found = {}
+    for row in rows:
+        more = [row.controllers] * groups + [str(getattr(row, key)) for key in differ]
+        found[id(row)] = unmathed(" · ".join([row.trajectory if groups else row.case, *more]))
+    return found
+
+
+@drawn
 def summary_figure(rows: Sequence[CompareRow]) -> Figure:
     """Return the envelope half-widths of all cases and plants beside the paper's, on a log axis.
 
@@ -151,21 +282,26 @@ def summary_figure(rows: Sequence[CompareRow]) -> Figure:
     """
     if not rows:
         raise ParameterError("there is nothing to summarise; give the rows of one case or more")
-    lines = {
-        row: f"{row.trajectory}\n{row.controllers} · {row.setting} · {row.hardware}" for row in rows
-    }
+    lines = _names(rows)
     names = list(dict.fromkeys(lines.values()))
     plants = list(dict.fromkeys(row.plant for row in rows))
-    offsets = dict(zip(plants, np.linspace(0.16, -0.16, len(plants)), strict=True))
-    figure, ((axes,),) = canvas(height=1.8 + 0.72 * len(names))
-    for row, name in lines.items():
-        height = names.index(name)
-        _draw_row(axes, row, height - offsets[row.plant])
+    offsets = dict(zip(plants, np.linspace(-0.17, 0.17, len(plants)), strict=True))
+    width = SINGLE if max(map(len, names)) <= NAME_MOST else DOUBLE
+    figure, ((axes,),) = canvas(height=26 + 8 * len(names), width=width)
+    for row in rows:
+        height = names.index(lines[id(row)])
+        _draw_row(axes, row, height + offsets[row.plant])
         paper = case_envelopes(row.trajectory, row.devised) or ()
         for value, (_, marker) in zip(paper, PAPER_MARKERS, strict=False):
-            axes.plot(value, height, marker, color="0.15", markersize=13, markeredgewidth=2)
-    log_ticks(axes)
+            axes.plot(MM * value, height, marker, color="0.15", markersize=6)
+    log_axis(axes.xaxis)
     name_lines(axes, names)
-    axes.set_xlabel("half-width of the envelope around the reference [m]")
-    _draw_legend(axes, plants)
-    return finish(figure, [axes])
+    axes.margins(x=0.08)
+    axes.set_xlabel("envelope half-width [mm]")
+    _legend(axes, plants)
+    first = rows[0]
+    caption = (
+        "Half-width of the envelope of the tip around its reference: medians with 95 % intervals, "
+        f"beside the paper's. Setting {first.setting}, hardware {first.hardware}, where not named."
+    )
+    return finish(figure, [axes], legend=2 if width == SINGLE else 4, caption=caption)

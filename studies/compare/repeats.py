@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.recording.band import Band, covered
+from flexsim.recording.band import Band, PairBand, covered, pair_band
 from flexsim.recording.traces import kind
 from studies.core.evidence.check_sample import SAME, SAMPLE, Check, check_sample
 from studies.core.evidence.repeats import (
@@ -73,6 +73,7 @@ class Repeated:
         motion, shown: the run that is shown, and which it is, counted from 1; words about it.
         band: of all runs, None where none went on to its end, or none was repeated.
         check: MuJoCo's own runs among those in closed form; None where there are none.
+        pairs: of the second of two plants: how far it is from the first, run by run.
     """
 
     stage: Stage
@@ -83,15 +84,21 @@ class Repeated:
     shown_words: str
     band: Band | None = None
     check: Check | None = None
+    pairs: PairBand | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Some of the runs on one plant: figures, tips (P, K, 2) and deflections (P, K) [m]."""
+    """Some of the runs on one plant.
+
+    Attributes:
+        figures: of merit. tip: (P, K, 2), v: (P, K) [m]; torque: (P, K, 2) commanded [N m].
+    """
 
     figures: list[dict[str, Any]]
     tip: Array
     v: Array
+    torque: Array
 
 
 def batch(
@@ -111,7 +118,8 @@ def batch(
     along, across = plant.deflection(q)
     tip = in_world(plant.parameters.L_R, q[:, :2], along[:, None], across[:, None])
     figures = measured_figures(found, ref, hold)
-    return Batch(figures, tip.reshape(runs, rows, 2), across.reshape(runs, rows))
+    tip, v = tip.reshape(runs, rows, 2), across.reshape(runs, rows)
+    return Batch(figures, tip, v, found.torques)
 
 
 def apart(one: Batch, other: Batch) -> list[float]:
@@ -122,6 +130,12 @@ def apart(one: Batch, other: Batch) -> list[float]:
         if both.any():
             distances.append(rms_distance(first[both], second[both]))
     return distances
+
+
+def pairs(one: Batch, other: Batch) -> Array:
+    """Return the differences (P, K, 2) of two plants' tips [m], of runs that ended on both."""
+    ended = np.isfinite(one.v[:, -1]) & np.isfinite(other.v[:, -1])
+    return (other.tip[ended] - one.tip[ended]).astype(np.float32)
 
 
 def repeated(
@@ -145,6 +159,7 @@ def repeated(
     figures: list[list[dict[str, Any]]] = [[] for _ in often]
     bands: list[Band | None] = [None] * len(often)
     distances: list[float] = []
+    differences: list[Array] = []
     done = 0
     for count in counts(asked) if often else ():
         while done < count:
@@ -153,19 +168,24 @@ def repeated(
             for i, (stage, each) in enumerate(zip(often, batches, strict=True)):
                 figures[i] += each.figures
                 ref = stage.reference
-                bands[i] = covered(bands[i], ref.time, each.tip, each.v, ref.tip)
+                bands[i] = covered(bands[i], ref.time, each.tip, each.v, each.torque, ref.tip)
             if len(batches) == 2:
                 distances += apart(*batches)
+                differences.append(pairs(*batches))
             done += len(some)
         if all(are_enough(values_of(each, "envelope")) for each in figures):
             break
     found = iter(zip(figures, bands, strict=True))
-    return [
+    ref = stages[0].reference
+    joined = np.concatenate(differences) if differences else np.zeros((0, 0, 2))
+    every = [
         _shown(stage, *next(found), filters, hold, threads)
         if stage.repeats
         else _once(stage, nominal, hold, threads)
         for stage in stages
-    ], distances
+    ]
+    every[-1] = replace(every[-1], pairs=pair_band(ref.time, joined, ref.tip))
+    return every, distances
 
 
 def _once(stage: Stage, nominal: Any, hold: float, threads: int | None) -> Repeated:

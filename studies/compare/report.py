@@ -32,6 +32,7 @@ MEDIANS = (
     "statistics; of ratios, by a bootstrap of the pairs. Digits are those that the interval "
     "supports; intervals and quartiles of all in results.csv."
 )
+RESULTS = "results.csv"
 ERRORS = "Runs; the paper's envelopes; errors and v [mm]"
 TORQUES = "Commanded torques: rms, total variation [N m]; growth of v in the hold [1/s]"
 
@@ -142,7 +143,7 @@ TRUE_TIP_SECTION = (
 def tables(result: Comparison) -> list[Table]:
     """Return the rows, and what is shown of them: our controllers, Table 2's, the true tip."""
     plants = " | ".join(dict.fromkeys(spoken(row.plant) for row in result.rows))
-    shown = [Table(result.rows, key="rows", file="results.csv")]
+    shown = [Table(result.rows, key="rows", file=RESULTS)]
     present = dict.fromkeys(row.group for row in result.rows)
     for group in (*(each for each in TITLES if each in present), *_runs(present)):
         mine = [row for row in result.rows if row.group == group]
@@ -152,10 +153,11 @@ def tables(result: Comparison) -> list[Table]:
         names = list(dict.fromkeys(row.plant for row in mine))
         line = ("trajectory", "controllers")
         note = f" {group_verdict(mine)}\n"
-        shown.append(Table(mine, _columns(names), title, note, line=line, tight=True))
-        shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", line=line))
+        how: dict[str, Any] = {"line": line, "prints": RESULTS}
+        shown.append(Table(mine, _columns(names), title, note, tight=True, **how))
+        shown.append(Table(mine, ERROR_COLUMNS, f"{ERRORS}: {plants}", "\n", **how))
         if group not in (OF_IDEAL, TABLE):
-            shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", line=line, tight=True))
+            shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", tight=True, **how))
     return [*shown, holding_table(result.holding), _true_tip(result.rows)]
 
 
@@ -179,6 +181,7 @@ def _true_tip(rows: Sequence[CompareRow]) -> Table:
         line=("trajectory", "setting", "reference"),
         section=TRUE_TIP_SECTION,
         tight=True,
+        prints=RESULTS,
     )
 
 

@@ -23,11 +23,11 @@ from rich.progress import Progress
 from flexsim.loop.hardware import IDEAL
 from flexsim.robot import Robot
 from studies.core.console import console
-from studies.core.figures import save
+from studies.core.figures import write_figures
 from studies.core.folder import CONFIG, run_folder, to_json, write_config
 from studies.core.options import keep_file, show_differences
 from studies.core.study_options import StudyOptions
-from studies.core.table import Table
+from studies.core.table import Table, write_files
 from studies.core.text import spelled
 
 Config = TypeVar("Config", bound=StudyOptions)
@@ -36,7 +36,6 @@ Result = TypeVar("Result")
 Item = TypeVar("Item")
 
 RECORDING = "run.rrd"
-FIGURES = "figures"
 
 
 class AskedOptions(Protocol):
@@ -127,14 +126,8 @@ class Study(Generic[Config, Result]):
         ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
         built = {"hardware": config.hardware_words}
         write_config(folder, config, **ran, **built, **self.facts(result))
-        for table in self.tables(result):
-            if table.file and table.rows:
-                table.write_csv(folder / table.file)
-        (folder / FIGURES).mkdir()
-        for name, figure in self.figures(result) or ():
-            save(figure, folder / FIGURES / f"{name}.png")
-        if not any((folder / FIGURES).iterdir()):
-            (folder / FIGURES).rmdir()
+        write_files(folder, self.tables(result))
+        write_figures(folder, self.figures(result) or (), config.format)
         self.files(folder, config, result)
 
     def as_json(self, config: Config, result: Result) -> str:
@@ -190,10 +183,16 @@ def show_tables(tables: Sequence[Table], out: Console) -> None:
             out.print(table.render())
 
 
+def listed(folder: Path) -> list[str]:
+    """Return what a folder holds, hidden files and tables' copies for print left out."""
+    found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
+    copies = {name.removesuffix(".csv") + end for name in found for end in (".md", ".tex")}
+    return [name for name in found if name not in copies and not name.startswith(".")]
+
+
 def contents(folder: Path) -> list[str]:
     """Return what a run's folder holds beside its configuration, and how to see a recording."""
-    found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
-    shown = [name for name in found if name != CONFIG and not name.startswith(".")]
+    shown = [name for name in listed(folder) if name != CONFIG]
     if RECORDING in shown:
         shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -22,7 +22,7 @@ from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
 from studies import headings
 from studies.core.console import console
-from studies.core.table import Column, Table
+from studies.core.table import Column, Table, write_prints
 from studies.core.text import spelled
 
 ROBOT_FILE = "robot.xml"
@@ -201,3 +201,6 @@ def keep_file(folder: Path, robot: Robot) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Difference._fields)
         writer.writerows(differences(robot.given))
+    title = f"{spelled(robot.given.source)} differs from the default"
+    table = Table([Difference(*map(spelled, row)) for row in differences(robot.given)], DIFFERENCES)
+    write_prints(folder / DIFFERENCES_FILE, [replace(table, title=title)])

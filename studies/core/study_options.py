@@ -9,10 +9,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import tyro
 
@@ -23,7 +23,7 @@ from studies import headings
 from studies.core.options import HardwareOptions, RobotOptions
 
 LEAST = {"perturbations": 1, "rounds": 1, "seeds": 1, "chain_generations": 1, "seed": 0}
-NAMES = ("plants", "settings", "controllers")  # lists that name each once
+NAMES = ("plants", "settings", "controllers", "format")  # lists that name each once
 
 Out = Annotated[Path, tyro.conf.arg(help="Folder of the run, made anew.")]
 Perturbations = Annotated[
@@ -38,6 +38,8 @@ SettingName = Annotated[
     ),
 ]
 Controllers = Annotated[tuple[str, ...], tyro.conf.arg(aliases=["--controller"])]
+Format = Literal["png", "pdf", "svg"]
+FORMATS: tuple[Format, ...] = ("png", "pdf", "svg")
 Population = Annotated[int, tyro.conf.arg(help="Individuals per generation.")]
 
 
@@ -58,6 +60,8 @@ class StudyOptions(HardwareOptions, RobotOptions):
     """A small part only, for a first impression in seconds."""
     json: bool = False
     """Print one JSON object instead of the tables."""
+    format: tuple[Format, ...] = FORMATS
+    """Of the figures, each once."""
 
     @property
     def for_tuning(self) -> dict[str, Any]:
@@ -126,6 +130,13 @@ def check_threads(threads: int | None) -> None:
         raise ParameterError(f"threads is {threads}; give 1 to {thread_count()}")
 
 
+def check_each_once(name: str, given: Sequence[str]) -> None:
+    """Refuse a list that is empty or has a name twice."""
+    if not given or len(set(given)) != len(given):
+        many = name if name.endswith("s") else f"{name}s"
+        raise ParameterError(f"{many} are {' '.join(given) or 'empty'}; name each once")
+
+
 def check(config: Any) -> None:
     """Refuse what no study can run with, whichever of these options it has.
 
@@ -137,9 +148,7 @@ def check(config: Any) -> None:
         if count is not None and count < least:
             raise ParameterError(f"{name.replace('_', ' ')} is {count}; give {least} or more")
     for name in NAMES:
-        given = getattr(config, name, ("any",))
-        if not given or len(set(given)) != len(given):
-            raise ParameterError(f"{name} are {' '.join(given) or 'empty'}; name each once")
+        check_each_once(name, getattr(config, name, ("any",)))
     check_threads(getattr(config, "threads", None))
     if isinstance(config, HardwareOptions):
         _ = config.built  # refuses what there is not

@@ -1,8 +1,9 @@
-"""One table for every study: typed rows, declared columns; CSV, JSON, terminal and markdown.
+"""One table for every study: typed rows, declared columns; CSV, JSON, terminal, markdown, LaTeX.
 
     >>> columns = (Column("trajectory"), Column("envelope", unit="mm", scale=1e3, form=".1f"))
     >>> table = Table(rows, columns, line=("trajectory",))   # both plants on a line, by name
     >>> table.write_csv(folder / "results.csv"); console.print(table.render())
+    >>> write_files(folder, [table])              # CSV, markdown and LaTeX
 
 A row is a frozen dataclass in SI units. In files an item that is a mapping or itself a dataclass
 is taken apart into its own items, and in CSV an array into one column per number.
@@ -15,7 +16,7 @@ import dataclasses
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,6 +27,8 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from flexsim.files.atomic import write_text
+from studies.core.printed.latex import tabular
+from studies.core.text import markdown_text
 
 ACROSS = "plant"  # what rows on one line differ in
 BESIDE = " | "  # between the plants of a cell
@@ -114,6 +117,7 @@ class Table:
         rows: dataclasses. columns: none if it is not for reading.
         title, note: lines above and below.
         key: in the JSON object. file: name of the CSV file.
+        prints: CSV file beside which it is written in markdown and LaTeX; its own unless given.
         line: items in common to the rows on one line; without, each row has its own.
         across: what those rows differ in; every cell names all of them in the same order.
         section: columns in common to several lines, written once above them.
@@ -130,6 +134,7 @@ class Table:
     across: str = ACROSS
     section: tuple[Column, ...] = ()
     tight: bool = False
+    prints: str = ""
 
     def as_json(self) -> list[dict[str, Any]]:
         """Return the rows' items, in SI units."""
@@ -194,17 +199,84 @@ class Table:
         title, note = ([Text(words)] if words else [] for words in (self.title, self.note))
         return Group(*title, grid, *note)
 
-    def markdown(self) -> str:
-        """Return the table in markdown."""
-        written = [[heading.replace("\n", " ").strip() for heading in self.headings()]]
-        written.append(["---:" if column.form else "---" for column in self.columns])
+    def _written(self) -> Iterator[tuple[bool, list[str]]]:
+        """Give the lines of cells, sections as lines of their own, and whether it is one."""
         above: list[str] = []
         for rows in self.lines():
             head = [column.text(rows[0]) for column in self.section]
             if head != above:
-                written.append(head + [""] * (len(self.columns) - len(head)))
+                yield True, head + [""] * (len(self.columns) - len(head))
                 above = head
-            written.append(self.cells(rows))
-        lines = ["| " + " | ".join(c.replace("|", "\\|") for c in each) + " |" for each in written]
-        blocks = [self.title, "\n".join(lines), self.note]
+            yield False, self.cells(rows)
+
+    def markdown(self) -> str:
+        """Return the table in markdown, all text as it is."""
+        units = [f" [{column.unit}]" * bool(column.unit) for column in self.columns]
+        written = [[c.title + u for c, u in zip(self.columns, units, strict=True)]]
+        written += [cells for _, cells in self._written()]
+        lines = ["| " + " | ".join(map(markdown_text, each)) + " |" for each in written]
+        sides = ["---:" if column.form else "---" for column in self.columns]
+        lines.insert(1, "| " + " | ".join(sides) + " |")
+        blocks = [markdown_text(self.title), "\n".join(lines), markdown_text(self.note)]
         return "\n\n".join(block for block in blocks if block) + "\n"
+
+    def latex(self) -> str:
+        """Return the table in LaTeX, all text as it is; title and note are its caption."""
+        lines: list[list[str]] = []
+        for section, cells in self._written():
+            lines += [[], cells] if section and lines else [cells]
+        headings = [(column.title, column.unit) for column in self.columns]
+        right = [bool(column.form) for column in self.columns]
+        return tabular(headings, right, lines, self.title, self.note)
+
+    def declared(self) -> Table:
+        """Return the table with a column for every item of its rows, unless it has columns."""
+        if self.columns:
+            return self
+        names = dict.fromkeys(key for row in self.rows for key in _flat(row))
+        return replace(self, columns=tuple(map(_item_column, names)))
+
+
+def _item_column(name: str) -> Column:
+    """Return a column that shows an item as it is, numbers in six digits."""
+
+    def shown(row: Any) -> str:
+        content = _flat(row).get(name)
+        if content is None:
+            return "-"
+        return f"{content:.6g}" if isinstance(content, float) else str(content)
+
+    return Column(name, form=shown)
+
+
+def write_files(folder: Path, tables: Sequence[Table]) -> None:
+    """Write the tables into a run: each CSV file, and beside it what is read, as `.md` and `.tex`.
+
+    Several tables that are of one CSV file follow each other; one that nothing shows has a column
+    for every item, in SI units.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    present = [table for table in tables if table.rows]
+    shown: dict[str, list[Table]] = {}
+    for table in present:
+        if table.columns and (table.prints or table.file):
+            shown.setdefault(table.prints or table.file, []).append(table)
+    for table in present:
+        if not table.file:
+            continue
+        table.write_csv(folder / table.file)
+        write_prints(folder / table.file, shown.get(table.file) or [table.declared()])
+
+
+def write_prints(path: Path, tables: Sequence[Table]) -> None:
+    """Write tables in markdown and in LaTeX beside a CSV file.
+
+    Raises:
+        RunError: a file cannot be written.
+    """
+    text = "\n".join(table.markdown() for table in tables)
+    write_text(path.with_suffix(".md"), text, "the table")
+    text = "\n".join(table.latex() for table in tables)
+    write_text(path.with_suffix(".tex"), text, "the table")

@@ -36,3 +36,8 @@ def plain(name: object, longest: int = LONGEST) -> str:
 def word(name: object) -> str:
     """Return a name as one word of ASCII letters, digits, dashes and underscores, for files."""
     return re.sub(r"[^A-Za-z0-9-]+", "_", str(name)[: 2 * LONGEST]).strip("_-") or "unnamed"
+
+
+def markdown_text(text: object) -> str:
+    """Return a text on one line that markdown shows as it is, nothing in it markup."""
+    return re.sub(r"([\\`*_{}\[\]<>#|~$&!])", r"\\\1", one_line(text))

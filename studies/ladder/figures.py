@@ -7,21 +7,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
 from flexsim.recording.traces import kind
-from studies.core.figures import BLUE, FONT, GREEN, ORANGE, VERMILION, canvas, finish, style
+from studies.core.figures import (
+    BLUE,
+    DASHES,
+    GREEN,
+    ORANGE,
+    SMALL,
+    VERMILION,
+    canvas,
+    drawn,
+    finish,
+    log_axis,
+    no_minor_ticks,
+    style,
+)
 from studies.ladder.report import MS, ROUNDING
 from studies.ladder.rows import IntegratorRow, LadderResult, PlantRow, tip
 
-HEIGHT = 8.5  # [in]
+HEIGHT = 90.0  # [mm]
 MARKERS = {"rigid": "D", "assumed-modes": "o", "printed": "X", "chain": "s", "untuned": "^"}
 CROWDED = ("7", "9", "11", "13", "14", "15")  # segments whose number would cover another
-COLOURS = {"RK4": BLUE, "Euler": VERMILION, "implicitfast": ORANGE, "discrete": GREEN}
+LOOKS: dict[
+    str, dict[str, Any]
+] = {  # of integrators: Euler and implicitfast nearly coincide, the former a broad rim
+    "RK4": {"color": BLUE, "marker": "o", "linestyle": "-"},
+    "Euler": {"color": VERMILION, "marker": "s", "linestyle": "-", "lw": 2.6, "ms": 6.5},
+    "implicitfast": {"color": ORANGE, "marker": "^", "linestyle": DASHES[1]},
+    "discrete": {"color": GREEN, "marker": "D", "linestyle": DASHES[3]},
+}
 
 
 def figures(result: LadderResult) -> Iterator[tuple[str, Figure]]:
@@ -30,6 +50,7 @@ def figures(result: LadderResult) -> Iterator[tuple[str, Figure]]:
     yield "integrators", integrator_figure(result.integrators)
 
 
+@drawn
 def cost_figure(result: LadderResult) -> Figure:
     """Return the tips' errors over the cost, small and large torques, with their Pareto fronts."""
     figure, ((*panels,),) = canvas(1, 2, height=HEIGHT, sharey=True)
@@ -39,14 +60,21 @@ def cost_figure(result: LadderResult) -> Figure:
             for row in result.rows
             if getattr(row, f"pareto_{torque}")
         )
-        axes.plot(*zip(*best, strict=True), color="0.8", linewidth=9, label="Pareto front")
+        axes.plot(*zip(*best, strict=True), color="0.85", linewidth=4.5, label="Pareto front")
         for name in dict.fromkeys(kind(row.plant) for row in result.rows):
             _series(axes, [row for row in result.rows if kind(row.plant) == name], torque)
-        axes.axhspan(0, doubt, color="0.93")
-        axes.set(xscale="log", yscale="log", title=f"{torque} torques; n or N beside the marks")
-        axes.set_xlabel("us per simulated ms, closed loop, one core")
-    panels[0].set_ylabel("tip, rms distance to the reference [m]")
-    return finish(figure, panels, legend=7)
+        axes.axhspan(0, doubt, color="0.93", label="within the reference's own error")
+        for axis in (axes.xaxis, axes.yaxis):
+            log_axis(axis)
+        axes.set_title(f"{torque} torques")
+        axes.set_xlabel("cost of the closed loop [µs per simulated ms]")
+        axes.margins(x=0.08)
+    panels[0].set_ylabel("rms distance of the tip from the reference [m]")
+    caption = (
+        "Error of the driven tip over the cost on one core, small and large torques, against "
+        f"{result.reference.name}. Numbers beside the marks: modes or segments."
+    )
+    return finish(figure, panels, legend=4, caption=caption)
 
 
 def _series(axes: Axes, rows: Sequence[PlantRow], torque: str) -> None:
@@ -55,26 +83,29 @@ def _series(axes: Axes, rows: Sequence[PlantRow], torque: str) -> None:
     colour = style(name)["color"]
     held = [row for row in rows if math.isfinite(tip(row, torque) or 0.0)]
     points = [(row.us_per_ms, tip(row, torque) or 0.0) for row in held]
-    how = {"color": colour, "linewidth": 1, "markersize": 8}
-    axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=name, **how)
+    how = {"color": colour, "linewidth": 0.7, "linestyle": style(name)["linestyle"]}
+    label = name.replace("-", " ")
+    axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=label, **how)
     for row, point in zip(held, points, strict=True):
         size = row.plant.partition(":")[2]
         if size not in CROWDED or name not in ("chain", "untuned"):
             left = name == "chain" or row.plant == "assumed-modes:3"
-            place = {"xytext": (-8, -5), "ha": "right"} if left else {"xytext": (5, 6)}
-            how = {"color": colour, "size": FONT - 2, "textcoords": "offset points"}
-            axes.annotate(size or name, point, **how, **place)
+            place = {"xytext": (-4, -3), "ha": "right"} if left else {"xytext": (3, 3)}
+            how = {"color": colour, "size": SMALL, "textcoords": "offset points"}
+            if size:
+                axes.annotate(size, point, **how, **place)
 
 
+@drawn
 def integrator_figure(rows: Sequence[IntegratorRow]) -> Figure:
     """Return the tip's error and mode 3's numerical damping over the step, by integrator."""
-    figure, ((*panels,),) = canvas(1, 3, height=HEIGHT, sharex=True)
+    figure, ((*panels,),) = canvas(1, 3, height=70, sharex=True)
     titles = (
-        "tip, large torques, rms [m]",
-        "mode 3, |frequency shift|",
-        "mode 3, |added damping ratio|",
+        "rms error of the tip [m]",
+        "mode 3: |relative shift of frequency|",
+        "mode 3: |damping ratio added|",
     )
-    for name, colour in COLOURS.items():
+    for name, look in LOOKS.items():
         mine = [row for row in rows if row.integrator == name and row.stable]
         steps = [MS * row.step for row in mine]
         damping = [abs(row.modal.damping_ratio[-1]) for row in mine]
@@ -83,15 +114,17 @@ def integrator_figure(rows: Sequence[IntegratorRow]) -> Figure:
             [abs(row.modal.frequency_shift[-1]) for row in mine],
             [each if each > ROUNDING else np.nan for each in damping],
         )
-        broad = {"linewidth": 5, "markersize": 12} if name == "Euler" else {"linewidth": 1.6}
         for axes, values in zip(panels, columns, strict=True):
-            axes.plot(steps, values, "o-", color=colour, label=name, **broad)
+            axes.plot(steps, values, **look, label=name)
     for axes, title in zip(panels, titles, strict=True):
-        axes.set(xscale="log", yscale="log", title=title, xlabel="step [ms]")
+        for axis in (axes.xaxis, axes.yaxis):
+            log_axis(axis)
+        axes.set(ylabel=title, xlabel="step [ms]")
         axes.set_xticks(list(dict.fromkeys(MS * row.step for row in rows)))
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_locator(NullLocator())
+        no_minor_ticks(axes.xaxis)
     panels[2].set_ylim(bottom=1e-10)
-    note = {"transform": panels[2].transAxes, "ha": "right", "size": FONT}
-    panels[2].text(0.97, 0.04, f"not drawn: below {ROUNDING:g}", **note)
-    return finish(figure, panels, legend=4)
+    caption = (
+        "What a step does to the chain, by integrator: the tip under large torques, and the third "
+        f"mode. Unstable steps, and damping below {ROUNDING:g}, are not drawn."
+    )
+    return finish(figure, panels, legend=4, caption=caption)

@@ -126,7 +126,10 @@ def tables(result: LadderResult) -> list[Table]:
     )
     return [
         Table(
-            [beam, *result.rows], FREQUENCIES, "Frequencies (Hz), hub locked and both joints free"
+            [beam, *result.rows],
+            FREQUENCIES,
+            "Frequencies (Hz), hub locked and both joints free",
+            prints="rows.csv",
         ),
         Table(
             result.rows,

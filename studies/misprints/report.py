@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -19,13 +20,17 @@ from studies.core.evidence.digits import with_interval
 from studies.core.figures import (
     BLACK,
     BLUE,
+    DASHES,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
     VERMILION,
     canvas,
+    drawn,
     finish,
+    log_axis,
+    thinned,
 )
 from studies.core.table import Column, Table
 
@@ -50,6 +55,9 @@ APART_LEGEND = """\
 The same of the rms to the consistent model's run with the same gains; for none:
 to a run whose gains differ in the fourth digit, that is, what chance does.
 """
+
+
+WIDTHS = "Closed loop: envelope half-width"
 
 
 def _sure(name: str) -> Callable[[Any], str]:
@@ -170,8 +178,8 @@ def tables(result: MisprintsResult) -> list[Table]:
             key="rows",
             file="results.csv",
         ),
-        Table(runnable, ENVELOPE, "Closed loop: envelope half-width", ENVELOPE_LEGEND),
-        Table(runnable, APART, "Closed loop: how far apart", APART_LEGEND),
+        Table(runnable, ENVELOPE, WIDTHS, ENVELOPE_LEGEND, prints="results.csv"),
+        Table(runnable, APART, "Closed loop: how far apart", APART_LEGEND, prints="results.csv"),
         Table(result.details, key="details", file="details.csv"),
     ]
 
@@ -202,33 +210,40 @@ def figures(result: MisprintsResult) -> Iterator[tuple[str, Figure]]:
     yield "tip", tip_figure([row for row in result.details if isinstance(row, TorqueDetail)])
 
 
+@drawn
 def energy_figure(energy: dict[str, Array]) -> Figure:
     """Return the relative change of energy (K,) over time, a curve per variant, on a log axis."""
-    figure, panels = canvas(height=8.0)
+    figure, panels = canvas(height=78)
     axes = panels[0, 0]
-    widths = np.linspace(4.0, 1.2, len(energy))  # what is drawn first shows as a rim
-    for (name, change), colour, width in zip(energy.items(), COLOURS, widths, strict=True):
-        time = PERIOD * np.arange(1, len(change))
+    widths = np.linspace(2.4, 0.8, len(energy))  # what is drawn first shows as a rim
+    looks = zip(energy.items(), COLOURS, widths, cycle(DASHES))
+    for (name, change), colour, width, dash in looks:
+        time = PERIOD * np.arange(1, len(change), dtype=float)
         shown = np.maximum(np.abs(change[1:]), SMALLEST)
-        axes.semilogy(time, shown, color=colour, linewidth=width, label=name)
-    axes.set(xlabel="time [s]", ylabel="|energy / initial energy - 1|")
-    axes.set_title(f"free, undamped motion, start {DRAWN!r}")
-    axes.margins(x=0)
-    return finish(figure, [axes], legend=len(energy))
+        axes.plot(*thinned(time, shown), color=colour, lw=width, ls=dash, label=name)
+    log_axis(axes.yaxis)
+    axes.set(xlabel="time [s]", ylabel="|relative change of energy|")
+    axes.set_xlim(0, PERIOD * (len(change) - 1))
+    caption = (
+        f"Energy over that at the start, less one, in free, undamped motion from the start "
+        f"{DRAWN}; an energy that is conserved stays at rounding."
+    )
+    return finish(figure, [axes], legend=4, caption=caption)
 
 
+@drawn
 def tip_figure(details: Sequence[TorqueDetail]) -> Figure:
     """Return the rms tip difference to the chain over theta2, a panel per amplitude."""
     cases = dict.fromkeys(row.case for row in details)
     names = dict.fromkeys(row.misprint for row in details)
-    figure, ((*panels,),) = canvas(1, len(cases), height=8.0)
+    figure, ((*panels,),) = canvas(1, len(cases), height=85)
     for axes, case in zip(panels, cases, strict=True):
         for name, colour, marker in zip(names, COLOURS, MARKERS, strict=True):
             mine = [row for row in details if (row.case, row.misprint) == (case, name)]
             pose, tip = [row.theta2 for row in mine], [UM * row.tip_to_chain for row in mine]
-            axes.semilogy(pose, tip, marker=marker, color=colour, linewidth=1.6, label=name)
-        axes.set(xlabel="theta2 at the start [rad]", ylabel="tip to the chain's, rms [µm]")
-        axes.set_title(f"open loop, {case}")
-        for axis in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-            axis(lambda value, _: f"{value:g}")
-    return finish(figure, panels, legend=len(names))
+            axes.plot(pose, tip, marker=marker, color=colour, linewidth=0.8, label=name)
+        log_axis(axes.yaxis)
+        axes.set(xlabel="θ₂ at the start [rad]", ylabel="rms distance of the tips [µm]")
+        axes.set_title(case)
+    caption = "Distance of the tip from the chain's under the same torques, open loop, by pose."
+    return finish(figure, panels, legend=4, caption=caption)

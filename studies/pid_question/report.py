@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,19 @@ from matplotlib.figure import Figure
 from flexsim.recording.traces import spoken
 from studies.core.evidence.digits import with_interval
 from studies.core.evidence.intervals import share_interval
-from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish, name_lines
+from studies.core.figures import (
+    BLUE,
+    INDEX,
+    INDEX_UNIT,
+    ORANGE,
+    SMALL,
+    canvas,
+    drawn,
+    finish,
+    interval,
+    log_axis,
+    name_lines,
+)
 from studies.core.table import Column, Table
 
 Kind = tuple[str, str, str]  # order, realisation, range
@@ -29,9 +42,9 @@ CHANGES: dict[str, Kind] = {  # what is different from the paper's
     "other realisation and range": ("integer", "textbook", "log-uniform"),
 }
 COLOURS = {"table-1": BLUE, "log-uniform": ORANGE}
+MARKS = {"table-1": "o", "log-uniform": "s"}
 BAR = 0.36
 RARE = 0.1  # share below which tenths of a per cent are shown
-INDEX = 1e4  # the table's best indices are in 1e-4 m2 s
 
 
 @dataclass(frozen=True)
@@ -212,11 +225,18 @@ def verdict(result: PidQuestionResult) -> str:
 
 
 def figures(result: PidQuestionResult) -> Iterator[tuple[str, Figure]]:
-    """Give shares of stable draws (bars) and of runs (dots), best indices with their range."""
+    """Give shares of stable draws (bars) and of searches (marks), best indices with their range."""
+    yield "pid_question", shares_figure(result)
+
+
+@drawn
+def shares_figure(result: PidQuestionResult) -> Figure:
+    """Return shares that are stable, and best indices, a line of panels per plant and setting."""
     rows = result.rows
     where = list(dict.fromkeys((row.names.plant, row.names.setting) for row in rows))
-    figure, panels = canvas(len(where), 2, height=1.5 + 2.7 * len(where), sharex="col")
     loops = list(dict.fromkeys(row.names.kind[:2] for row in rows))
+    height = 24 + (12 + 7.5 * len(loops)) * len(where)
+    figure, panels = canvas(len(where), 2, height=height, sharex="col")
     for place, (shares, best) in zip(where, panels, strict=True):
         for row in rows:
             if (row.names.plant, row.names.setting) == place:
@@ -225,28 +245,45 @@ def figures(result: PidQuestionResult) -> Iterator[tuple[str, Figure]]:
         for axes in (shares, best):
             name_lines(axes, ["\n".join(loop) for loop in loops])
         best.tick_params(labelleft=False)
-        best.set_xscale("log")
         shares.set_xlim(0, 100)
         shares.set_title(f"{spoken(place[0])}, {place[1]}", loc="left")
-    panels[-1][0].set_xlabel("stable: bar of draws, dot of searches [%]")
-    panels[-1][1].set_xlabel("best index, median and range over seeds [m² s]")
-    for drawn, colour in COLOURS.items():
-        panels[0][0].plot([], [], "s", color=colour, markersize=11, label=drawn)
-    title = f"which controllers hold the {result.trajectory}?"
-    yield "pid_question", finish(figure, panels.ravel(), legend=2, title=title)
+    for axes in panels[:, 1]:
+        log_axis(axes.xaxis)
+    panels[-1][0].set_xlabel("share that is stable [%]")
+    panels[-1][1].set_xlabel(f"best index (5) [{INDEX_UNIT}]")
+    _name_marks(panels[0][0])
+    caption = (
+        f"Which controllers hold the {result.trajectory}? Left: shares of draws and of searches "
+        "that are stable, with 95 % intervals. Right: the best index over seeds, its median with a "
+        "95 % interval where there are six or more, and its range."
+    )
+    return finish(figure, panels.ravel(), legend=3, caption=caption)
+
+
+def _name_marks(axes: Axes) -> None:
+    """Name colours and marks in the legend."""
+    for name, colour in COLOURS.items():
+        axes.plot([], [], MARKS[name], color=colour, linestyle="none", label=name)
+    axes.fill([], [], color="0.4", alpha=0.5, label="of draws; thin: its interval")
+    interval(axes, np.nan, 0, (np.nan, np.nan), "o", color="0.4", label="of searches; best index")
+    axes.plot([], [], color="0.4", linewidth=2.6, alpha=0.4, label="range over seeds")
 
 
 def _draw(shares: Axes, best: Axes, row: CaseRow, height: float) -> None:
     """Draw one case, a line of both panels."""
-    colour = COLOURS[row.names.range]
-    shares.barh(height, 100 * row.stable_draws, BAR, color=colour, alpha=0.55)
-    shares.plot(100 * row.stable_runs, height, "o", color=colour, ms=11, clip_on=False)
+    colour, marker = COLOURS[row.names.range], MARKS[row.names.range]
+    shares.barh(height, 100 * row.stable_draws, BAR, color=colour, alpha=0.5)
+    draws = 100 * row.stable_draws_low, 100 * row.stable_draws_high
+    shares.plot(draws, [height - 0.3 * BAR] * 2, color="0.25", linewidth=0.8)
+    runs = 100 * row.stable_runs_low, 100 * row.stable_runs_high
+    interval(shares, 100 * row.stable_runs, height, runs, marker, color=colour, clip_on=False)
     if row.best_index is None:
-        place = best.get_yaxis_transform()
-        best.text(
-            0.01, height, "none bounded", color=colour, size=FONT - 2, va="center", transform=place
-        )
+        how: dict[str, Any] = {"transform": best.get_yaxis_transform(), "va": "center"}
+        best.text(0.02, height, "none stable", color=colour, size=SMALL, **how)
         return
-    ends = np.array([row.best_index_least, row.best_index_most], float)
-    best.plot(ends, [height] * 2, color=colour, linewidth=4, solid_capstyle="round")
-    best.plot(row.best_index, height, "o", color=colour, markersize=11)
+    ends = INDEX * np.array([row.best_index_least, row.best_index_most], float)
+    best.plot(ends, [height] * 2, color=colour, linewidth=2.6, alpha=0.4)
+    low, high = (
+        None if end is None else INDEX * end for end in (row.best_index_low, row.best_index_high)
+    )
+    interval(best, INDEX * row.best_index, height, (low, high), marker, color=colour)

@@ -15,12 +15,23 @@ from matplotlib.figure import Figure
 from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.holding import Holding
 from studies.core.evidence.repeats import summary
-from studies.core.figures import BLUE, ORANGE, canvas, finish, log_ticks, name_lines
+from studies.core.figures import (
+    BLUE,
+    INDEX_UNIT,
+    ORANGE,
+    canvas,
+    drawn,
+    finish,
+    interval,
+    log_axis,
+    name_lines,
+)
 from studies.core.table import Column, Table
 
 INDEX = 1e4  # tables have indices in 1e-4 m2 s
 DECIMALS, RATIO = 3, 2  # most that are shown, of indices and of ratios
 COLOURS = {"mirrored": BLUE, "ignored": ORANGE}
+MARKS = {"mirrored": "o", "ignored": "s"}
 
 
 @dataclass(frozen=True)
@@ -210,7 +221,14 @@ def tables(result: StructuresResult) -> list[Table]:
             section=where,
             tight=True,
         ),
-        Table(result.winners, MARGINS, "\nThe same controllers", section=where, tight=True),
+        Table(
+            result.winners,
+            MARGINS,
+            "\nThe same controllers",
+            section=where,
+            tight=True,
+            prints="winners.csv",
+        ),
         Table(result.searches, key="searches", file="searches.csv"),
     ]
 
@@ -248,22 +266,40 @@ def verdict(result: StructuresResult) -> str:
 
 def figures(result: StructuresResult) -> Iterator[tuple[str, Figure]]:
     """Give the cost that every seed found, by structure, a panel for each ground."""
+    yield "structures", cost_figure(result)
+
+
+@drawn
+def cost_figure(result: StructuresResult) -> Figure:
+    """Return medians with intervals and every seed's cost, by structure, a panel per ground."""
     grounds = list(dict.fromkeys(row.ground for row in result.rows))
     structures = list(dict.fromkeys(row.design.structure for row in result.rows))
-    figure, panels = canvas(len(grounds), 1, height=1.5 + 2.2 * len(grounds))
+    figure, panels = canvas(len(grounds), 1, height=22 + 33 * len(grounds))
     for ground, axes in zip(grounds, panels.ravel(), strict=True):
         for v, colour in COLOURS.items():
+            shift = -0.17 if v == "mirrored" else 0.17
             found = [
                 (INDEX * row.cost, structures.index(row.design.structure))
                 for row in result.searches
                 if row.ground == ground and row.design.v == v and row.cost is not None
             ]
             costs, heights = np.array(found, dtype=float).reshape(-1, 2).T
-            shift = -0.15 if v == "mirrored" else 0.15
-            axes.plot(costs, heights + shift, "o", color=colour, ms=9, alpha=0.7, label=f"v {v}")
+            dots: dict[str, Any] = {"color": colour, "alpha": 0.45, "linestyle": "none"}
+            axes.plot(costs, heights + shift, ".", **dots, label=f"v {v}: a seed's")
+            for row in result.rows:
+                if row.ground == ground and row.design.v == v and row.cost is not None:
+                    line = structures.index(row.design.structure) + shift
+                    ends = [None if e is None else INDEX * e for e in (row.cost_low, row.cost_high)]
+                    sure = (ends[0], ends[1])
+                    interval(axes, INDEX * row.cost, line, sure, MARKS[v], color=colour)
+            axes.plot([], [], MARKS[v], color=colour, linestyle="none", label=f"v {v}: median")
         name_lines(axes, structures)
         axes.set_title(ground, loc="left")
-        log_ticks(axes)
-    panels.ravel()[-1].set_xlabel("index and effort, a dot for each seed [1e-4 m² s]")
-    title = "equal search effort: which structure does better?"
-    yield "structures", finish(figure, panels.ravel(), legend=2, title=title)
+        log_axis(axes.xaxis)
+        axes.margins(x=0.05)
+    panels.ravel()[-1].set_xlabel(f"index and effort [{INDEX_UNIT}]")
+    caption = (
+        "Index (5) with the effort's share that searches of equal effort found, by structure: "
+        "every seed's, and the median with its 95 % interval."
+    )
+    return finish(figure, panels.ravel(), legend=4, caption=caption)

@@ -13,7 +13,19 @@ from matplotlib.figure import Figure
 
 from controllers import operator, response_error
 from flexsim.numerics.clocks import PERIOD
-from studies.core.figures import COLOURS, FONT, canvas, finish, mark, name_lines
+from studies.core.figures import (
+    COLOURS,
+    DASHES,
+    INDEX,
+    INDEX_UNIT,
+    canvas,
+    drawn,
+    finish,
+    interval,
+    log_axis,
+    mark,
+    name_lines,
+)
 from studies.core.paper import PLANTS
 from studies.core.table import Column, Table
 from studies.realisations.response import BAND_HZ, ORDERS, band
@@ -31,7 +43,6 @@ from studies.realisations.rows import (
 )
 
 DRAWN_ORDER = 0.5
-DASHES = ("-", "--", "-.", ":")
 
 RESPONSES = (
     Column("realisation"),
@@ -71,23 +82,28 @@ def tables(result: RealisationsResult) -> list[Table]:
             response_summaries(result.responses),
             RESPONSES,
             f"Error against (j omega)^nu, {orders};\ncost of a sample in the compiled filter",
+            prints="responses.csv",
         ),
         _loop_table(
             loop,
             [row for row in factors if row.part == "loop"],
             "Median index (5) with the same gains, 1e-4 m2 s, assumed modes | chain;\n"
             "to (2): geometric mean over that of (2) with ten terms, and its 95 % interval",
+            "loops.csv",
         ),
         _loop_table(
             retuned,
             [row for row in factors if row.part == "retuned"],
             "The same, each tuned anew by a short search: medians of the searches; to (2): and\n"
             "its 95 % interval over the searches",
+            "retuned.csv",
         ),
     ]
 
 
-def _loop_table(rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: str) -> Table:
+def _loop_table(
+    rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: str, prints: str
+) -> Table:
     """Return the table of a part's loops."""
     return Table(
         loop_summaries(rows, factors),
@@ -95,6 +111,7 @@ def _loop_table(rows: Sequence[LoopRow], factors: Sequence[FactorRow], title: st
         title,
         line=("realisation", "terms"),
         tight=True,
+        prints=prints,
     )
 
 
@@ -140,45 +157,63 @@ def figures(result: RealisationsResult) -> Iterator[tuple[str, Figure]]:
         yield part, loop_figure(result.loops(part))
 
 
+@drawn
 def response_figure(chosen: Sequence[Chosen]) -> Figure:
     """Return magnitude and phase errors over frequency at order 0.5."""
     names, omega = list(dict.fromkeys(name for name, _ in chosen)), band()
-    figure, panels = canvas(2, len(names), height=10.0, sharex=True, sharey="row")
-    for column, name, colour in zip(panels.T, names, COLOURS, strict=False):
-        lengths = [terms for each, terms in chosen if each == name]
-        for terms, dash in zip(lengths, DASHES, strict=False):
+    figure, panels = canvas(2, len(names), height=98, sharex=True, sharey="row")
+    terms_of = sorted({terms for _, terms in chosen})
+    for column, name in zip(panels.T, names, strict=False):
+        for terms in (terms for each, terms in chosen if each == name):
             b, a = operator(name, DRAWN_ORDER, PERIOD, terms)
             error = response_error(b, a, DRAWN_ORDER, 1.0, omega, PERIOD)
+            place = terms_of.index(terms) % len(DASHES)
+            how = {"color": COLOURS[place], "linestyle": DASHES[place], "label": f"{terms} terms"}
             for axes, values in zip(column, (error.magnitude_db, error.phase_deg), strict=True):
-                axes.semilogx(omega / (2 * np.pi), values, dash, color=colour, label=f"{terms}")
-        column[0].set_title(name)
-        column[0].legend(title="terms", fontsize=FONT - 2, frameon=False)
-        column[1].set_xlabel("f [Hz]")
+                axes.plot(omega / (2 * np.pi), values, **how)
+        column[0].set_title(name.replace("-", "-\n", 1))
+        for axes in column:
+            log_axis(axes.xaxis, most=4)
+        column[1].set_xlabel("frequency [Hz]")
     panels[0, 0].set_ylabel("magnitude error [dB]")
-    panels[1, 0].set_ylabel("phase error [deg]")
-    title = f"D^{DRAWN_ORDER:g} against (j omega)^{DRAWN_ORDER:g}"
-    return finish(figure, panels.flat, title=title)
+    panels[1, 0].set_ylabel("phase error [°]")
+    caption = (
+        f"Errors of the realisations of D^{DRAWN_ORDER:g} against (jω)^{DRAWN_ORDER:g}, over "
+        "frequency, by number of terms."
+    )
+    return finish(figure, panels.flat, legend=len(terms_of), caption=caption)
 
 
+def _shown(index: float | None) -> float | None:
+    return None if index is None else INDEX * index
+
+
+@drawn
 def loop_figure(loops: Sequence[LoopRow]) -> Figure:
-    """Return the median index (5) of every realisation, a panel per trajectory."""
+    """Return the median index (5) of every realisation with its interval, by trajectory."""
     chosen = list(by_choice(loops))
     shapes = list(dict.fromkeys(row.trajectory for row in loops))
-    figure, ((*panels,),) = canvas(1, len(shapes), height=2.0 + 0.36 * len(chosen), sharey=True)
+    height = 26 + 6 * len(chosen)
+    figure, ((*panels,),) = canvas(1, len(shapes), height=height, sharey=True)
     for axes, shape in zip(panels, shapes, strict=True):
-        for plant, shift in zip(PLANTS, (-0.14, 0.14), strict=True):
+        for plant, shift in zip(PLANTS, (-0.17, 0.17), strict=True):
             marker, how = mark(plant)
             axes.plot([], [], marker, **how)
             for row in loops:
                 if (row.trajectory, row.plant) != (shape, plant):
                     continue
-                height = chosen.index((row.realisation, row.terms)) + shift
+                line = chosen.index((row.realisation, row.terms)) + shift
                 if row.index is None or not math.isfinite(row.index):
                     place = axes.get_yaxis_transform()
-                    axes.plot(0.985, height, "x", color=how["color"], transform=place)
+                    axes.plot(0.97, line, "x", color=how["color"], transform=place)
                 else:
-                    axes.plot(row.index, height, marker, color=how["color"])
-        axes.set_xscale("log")
-        axes.set(title=shape, xlabel="index (5) [m2 s]; x: none")
+                    low, high = (_shown(row.spread.get(f"index_{end}")) for end in ("low", "high"))
+                    place = INDEX * row.index
+                    interval(axes, place, line, (low, high), marker, color=how["color"])
+        log_axis(axes.xaxis, most=4)
+        axes.margins(x=0.12)
+        axes.set(title=shape, xlabel=f"index (5) [{INDEX_UNIT}]")
+    panels[0].plot([], [], "x", color="0.4", linestyle="none", label="diverged, or cannot be built")
     name_lines(panels[0], [f"{name}, {terms}" for name, terms in chosen])
-    return finish(figure, panels, legend=2)
+    caption = "Index (5) by realisation and number of terms: medians with 95 % intervals."
+    return finish(figure, panels, legend=3, caption=caption)

@@ -16,7 +16,17 @@ from flexsim.numerics.types import Array
 from flexsim.recording.traces import spoken
 from studies.core.evidence.digits import supported, with_interval
 from studies.core.evidence.intervals import share_interval
-from studies.core.figures import canvas, finish, mark, name_lines, style
+from studies.core.figures import (
+    canvas,
+    drawn,
+    finish,
+    interval,
+    log_axis,
+    mark,
+    name_lines,
+    style,
+    thinned,
+)
 from studies.core.paper import PLANTS
 from studies.core.table import Column, Table
 from studies.reconstruct.rows import MM, FigureRow, ReconstructResult
@@ -90,6 +100,7 @@ def tables(result: ReconstructResult) -> list[Table]:
             [row for row in result.units if row.seconds != 0.0],
             units,
             "Table 2's gains other than 0, and how many deviations from Table 1's means",
+            prints="units.csv",
         ),
     ]
 
@@ -159,52 +170,70 @@ def figures(result: ReconstructResult) -> Iterator[tuple[str, Figure]]:
     yield "chaos", chaos_figure(result.apart)
 
 
+@drawn
 def envelope_figure(rows: Sequence[FigureRow]) -> Figure:
-    """Return median envelopes with quartiles, a panel per figure of the paper."""
+    """Return median envelopes with intervals and quartiles, a panel per figure of the paper."""
     names = list(dict.fromkeys(row.variant for row in rows))
     paper = {row.figure: MM * row.paper_simulation for row in rows}
-    figure, ((*panels,),) = canvas(1, len(paper), height=2.0 + 0.32 * len(names), sharey=True)
+    height = 30 + 5.2 * len(names)
+    figure, ((*panels,),) = canvas(1, len(paper), height=height, sharey=True)
     for axes, (number, simulation) in zip(panels, paper.items(), strict=True):
-        axes.axvline(simulation, color="0.55", label="paper, simulation")
-        for plant, shift in zip(PLANTS, (-0.15, 0.15), strict=True):
+        axes.axvline(simulation, color="0.55", linewidth=1.0, label="paper, simulation")
+        for plant, shift in zip(PLANTS, (-0.17, 0.17), strict=True):
             mine = [row for row in rows if (row.figure, row.plant) == (number, plant)]
             _draw_plant(axes, mine, plant, shift, names)
-        axes.set_xscale("log")
+        log_axis(axes.xaxis, most=4)
+        axes.margins(x=0.12)
         axes.set(title=f"Figure {number}", xlabel="envelope [mm]")
-        for formatter in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
-            formatter(lambda value, _: f"{value:g}" if f"{value:g}"[0] in "125" else "")
+    panels[0].plot([], [], color="0.4", linewidth=2.6, alpha=0.4, label="quartiles")
+    panels[0].plot([], [], "|-", color="0.4", linewidth=0.9, label="95 % interval of the median")
+    filled: dict[str, Any] = {"color": "0.4", "markerfacecolor": "white", "linestyle": "none"}
+    panels[0].plot([], [], "o", **filled, label="some runs diverge")
+    panels[0].plot([], [], "x", color="0.4", linestyle="none", label="most runs diverge")
     name_lines(panels[0], names)
-    return finish(figure, panels, legend=4)
+    caption = (
+        "Medians of the envelope's half-width by what is assumed, over runs whose gains differ in "
+        "their fourth digits, beside the paper's."
+    )
+    return finish(figure, panels, legend=4, caption=caption)
 
 
 def _draw_plant(
     axes: Any, rows: Sequence[FigureRow], plant: str, shift: float, names: list[str]
 ) -> None:
-    """Draw one plant's medians and quartiles; a cross at the panel's edge where none is bounded."""
+    """Draw one plant's medians and ends; a cross at the panel's edge where none is bounded."""
     marker, how = mark(plant)
     colour = how["color"]
     axes.plot([], [], marker, **how)
     for row in rows:
         height = names.index(row.variant) + shift
         if row.envelope is None:
-            axes.plot(0.985, height, "x", color=colour, transform=axes.get_yaxis_transform())
+            axes.plot(0.97, height, "x", color=colour, transform=axes.get_yaxis_transform())
             continue
         ends = MM * np.array([row.envelope_quartile_1, row.envelope_quartile_3], float)
-        axes.plot(ends, [height, height], color=colour, linewidth=3, alpha=0.6)
+        axes.plot(ends, [height, height], color=colour, linewidth=2.6, alpha=0.4)
         filled = colour if row.bounded_share == 1.0 else "white"
-        axes.plot(MM * row.envelope, height, marker, color=colour, markerfacecolor=filled)
+        sure = tuple(
+            None if end is None else MM * end for end in (row.envelope_low, row.envelope_high)
+        )
+        look: dict[str, Any] = {"color": colour, "markerfacecolor": filled}
+        interval(axes, MM * row.envelope, height, (sure[0], sure[1]), marker, **look)
 
 
+@drawn
 def chaos_figure(apart: Mapping[tuple[str, str], Array]) -> Figure:
     """Return the distance of two runs' joints (K,) [rad] over time, a panel per figure."""
     numbers = list(dict.fromkeys(number for number, _ in apart))
-    figure, ((*panels,),) = canvas(1, len(numbers), height=6.0, sharey=True)
+    figure, ((*panels,),) = canvas(1, len(numbers), height=62, sharey=True)
     for axes, number in zip(panels, numbers, strict=True):
         for plant in PLANTS:
             distance = np.maximum(apart[number, plant], LEAST)
-            time = PERIOD * np.arange(len(distance))
-            how = style(plant) | {"linewidth": 1.2}
-            axes.semilogy(time, distance, label=spoken(plant), **how)
+            time = PERIOD * np.arange(len(distance), dtype=float)
+            how = style(plant) | {"linewidth": 1.4 if plant == PLANTS[0] else 0.7}
+            axes.plot(*thinned(time, distance), label=spoken(plant), **how)
+        log_axis(axes.yaxis)
         axes.set(title=f"Figure {number}", xlabel="time [s]")
+        axes.margins(x=0)
     panels[0].set_ylabel("distance of the joints [rad]")
-    return finish(figure, panels, legend=2)
+    caption = "How far the joints of two runs a hair apart are from each other, over time."
+    return finish(figure, panels, legend=2, caption=caption)

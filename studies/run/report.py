@@ -6,15 +6,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from studies.core.evidence.check_sample import Check
 from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.intervals import share_interval
-from studies.core.figures import COLOURS, FONT, beside, canvas, finish, mark, name_lines
+from studies.core.figures import (
+    COLOURS,
+    DASHES,
+    MARKERS,
+    beside,
+    canvas,
+    drawn,
+    finish,
+    interval,
+    name_lines,
+    styles,
+    unmathed,
+)
 from studies.core.table import Column, Table
 from studies.core.text import spelled
 from studies.run.columns import unit_of
@@ -26,7 +38,6 @@ MM = 1e3
 SHOWN = 60  # lines of the table
 LONGEST = 60  # characters of a name
 LINES_MOST = 60  # of a figure
-LINES = ("o-", "s--", "D:", "^-.")  # markers and lines of plants
 
 
 @dataclass(frozen=True)
@@ -102,9 +113,9 @@ def plainly(name: str) -> str:
     return spelled(name if len(name) <= LONGEST else f"{name[:LONGEST]}...")
 
 
-def drawn(name: str) -> str:
-    """Return a name for a figure, where a dollar would begin mathematics."""
-    return plainly(name).replace("$", r"\$")
+def written(name: str) -> str:
+    """Return a name as a figure has it, neither endless nor mathematics."""
+    return unmathed(plainly(name))
 
 
 def shown_rows(found: Found) -> list[ShownRow]:
@@ -153,6 +164,12 @@ def tables(found: Found) -> list[Table]:
         Table(found.sensitivity, file="sensitivity.csv"),
         Table(found.checks, file="check.csv"),
     ]
+
+
+def whole(found: Found) -> Table:
+    """Return the cells' table with every line, as it lies beside summary.csv."""
+    rows = sorted(shown_rows(found), key=_order(found))
+    return replace(tables(found)[0], rows=rows, note="", prints="summary.csv")
 
 
 def _order(found: Found) -> Callable[[ShownRow], int]:
@@ -219,85 +236,81 @@ def figures(found: Found) -> Iterator[tuple[str, Figure]]:
         yield "sensitivity", sensitivity_figure(found)
 
 
+@drawn
 def by_case(found: Found) -> Figure:
     """Return the envelopes of all cells with their intervals, a line each."""
     rows = found.cells("envelope")
     cases = list(dict.fromkeys(case_of(found.matrix, r.factors, r.point) for r in rows))
     kept = cases[:LINES_MOST]
-    figure, panels = canvas(height=2.0 + 0.45 * len(kept))
-    (axes,) = panels[0]
     plants = found.matrix.names["plants"]
-    for number, plant in enumerate(plants):
-        shift = 0.5 * ((number + 0.5) / len(plants) - 0.5)
-        marker, how = mark(plant)
-        how["color"] = COLOURS[number % len(COLOURS)]
-        lines = []
+    figure, panels = canvas(height=24 + (2 + 3 * len(plants)) * len(kept))
+    (axes,) = panels[0]
+    for number, (plant, look) in enumerate(styles(plants).items()):
+        shift = 0.6 * ((number + 0.5) / len(plants) - 0.5)
+        colour, marker = look["color"], MARKERS[number % len(MARKERS)]
+        axes.plot([], [], marker, color=colour, linestyle="none", label=written(plant))
         for row in rows:
             case = case_of(found.matrix, row.factors, row.point)
             if row.factors["plant"] != plant or case not in kept:
                 continue
             line = kept.index(case) + shift
             if row.median is None:
-                beside(axes, line, f"{drawn(plant)}: half of the runs diverged", how["color"])
-                continue
-            lines.append((line, row))
-        _points(axes, lines, marker, {**how, "label": drawn(plant)})
-    name_lines(axes, [drawn(case) for case in kept])
-    axes.set_xlabel("envelope half-width: median and its 95 % interval (mm)")
+                beside(axes, line, f"{written(plant)}: half of the runs diverged", colour)
+            else:
+                ends = _in_mm(row.low), _in_mm(row.high)
+                interval(axes, MM * row.median, line, ends, marker, color=colour)
+    name_lines(axes, [written(case) for case in kept])
+    axes.set_xlabel("envelope half-width [mm]")
     axes.set_xlim(left=0)
-    more = f"the first {len(kept)} of {len(cases)} cases" if len(cases) > len(kept) else ""
-    return finish(figure, [axes], legend=len(plants), title=more)
+    caption = "Half-width of the envelope: medians with their 95 % intervals."
+    if len(cases) > len(kept):
+        caption += f" The first {len(kept)} of {len(cases)} cases."
+    return finish(figure, [axes], legend=min(len(plants), 4), caption=caption)
 
 
-def _points(
-    axes: Axes, lines: Sequence[tuple[float, CellRow]], marker: str, how: dict[str, str]
-) -> None:
-    """Draw medians with their intervals on lines."""
-    if not lines:
-        return
-    x = [MM * (row.median or 0.0) for _, row in lines]
-    low = [MM * (row.low if row.low is not None else row.median or 0.0) for _, row in lines]
-    high = [MM * (row.high if row.high is not None else row.median or 0.0) for _, row in lines]
-    axes.errorbar(
-        x,
-        [line for line, _ in lines],
-        xerr=[
-            [a - b for a, b in zip(x, low, strict=True)],
-            [b - a for a, b in zip(x, high, strict=True)],
-        ],
-        fmt=marker,
-        capsize=3,
-        **how,  # type: ignore[arg-type]
-    )
+def _in_mm(length: float | None) -> float | None:
+    return None if length is None else MM * length
 
 
+@drawn
 def over_number(found: Found, path: str) -> Figure:
     """Return envelopes over the one number on the grid, with bands of their intervals."""
     rows = found.cells("envelope")
-    figure, panels = canvas(height=8.0)
+    plants = found.matrix.names["plants"]
+    figure, panels = canvas(height=90)
     (axes,) = panels[0]
     curves: dict[tuple[str, str], list[CellRow]] = {}
     for row in rows:
         case = case_of(found.matrix, row.factors, {})
         curves.setdefault((case, row.factors["plant"]), []).append(row)
     cases = list(dict.fromkeys(case for case, _ in curves))
-    for (case, plant), own in curves.items():  # a colour for a case, a line for a plant
+    for (case, plant), own in curves.items():  # a colour for a case, line and marker for a plant
         known = [row for row in own if row.median is not None]
         x = [row.point[path] for row in known]
         colour = COLOURS[cases.index(case) % len(COLOURS)]
-        line = LINES[found.matrix.names["plants"].index(plant) % len(LINES)]
+        number = plants.index(plant)
+        how: dict[str, Any] = {
+            "color": colour,
+            "linestyle": DASHES[number % len(DASHES)],
+            "marker": MARKERS[number % len(MARKERS)],
+        }
         middle = [MM * (row.median or 0.0) for row in known]
-        axes.plot(x, middle, line, color=colour, label=drawn(f"{plant}: {case}"))
+        axes.plot(x, middle, **how, label=written(f"{plant}: {case}"))
         low = [MM * (row.low if row.low is not None else row.median or 0.0) for row in known]
         high = [MM * (row.high if row.high is not None else row.median or 0.0) for row in known]
         axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
     unit = unit_of(path)
-    axes.set_xlabel(drawn(f"{path} ({unit})" if unit not in ("", "-") else path))
-    axes.set_ylabel("envelope half-width: median and its 95 % interval (mm)")
+    axes.set_xlabel(written(f"{path} [{unit}]" if unit not in ("", "-") else path))
+    axes.set_ylabel("envelope half-width [mm]")
     axes.set_ylim(bottom=0)
-    return finish(figure, [axes], legend=min(len(found.matrix.names["plants"]), 3))
+    caption = unmathed(
+        f"Half-width of the envelope over {plainly(path)}: medians, and bands of their 95 % "
+        "intervals."
+    )
+    return finish(figure, [axes], legend=min(len(curves), 2), caption=caption)
 
 
+@drawn
 def sensitivity_figure(found: Found) -> Figure:
     """Return how the envelope depends on each varied number, cell by cell."""
     own = [row for row in found.sensitivity if row.figure == "envelope"]
@@ -305,29 +318,22 @@ def sensitivity_figure(found: Found) -> Figure:
     kept = list(cases)[: LINES_MOST // max(1, len(found.matrix.draws.sampled))]
     names = [f"{row.number}: {_case(found, row)}" for row in own if _case(found, row) in kept]
     lines = list(dict.fromkeys(names))
-    figure, panels = canvas(height=2.0 + 0.5 * len(lines))
+    figure, panels = canvas(height=24 + 6 * len(lines))
     (axes,) = panels[0]
     measures = list(dict.fromkeys(row.measure for row in own))
     for number, measure in enumerate(measures):
-        for first, row in enumerate(r for r in own if r.measure == measure):
+        colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+        axes.plot([], [], marker, color=colour, linestyle="none", label=measure)
+        for row in (r for r in own if r.measure == measure):
             name = f"{row.number}: {_case(found, row)}"
-            if name not in lines or row.value is None:
-                continue
-            line = lines.index(name) + 0.3 * (number - (len(measures) - 1) / 2)
-            low, high = row.low or row.value, row.high or row.value
-            axes.errorbar(
-                [row.value],
-                [line],
-                xerr=[[max(0.0, row.value - low)], [max(0.0, high - row.value)]],
-                fmt="os"[number % 2],
-                color=COLOURS[number % len(COLOURS)],
-                capsize=3,
-                label=measure if first == 0 else None,
-            )
-    axes.axvline(0.0, color="0.6", linewidth=1.0)
-    name_lines(axes, [drawn(line) for line in lines])
-    axes.set_xlabel(f"{' and '.join(measures)} of the envelope, with 95 % intervals", fontsize=FONT)
-    return finish(figure, [axes], legend=len(measures) if len(measures) > 1 else 0)
+            if name in lines and row.value is not None:
+                line = lines.index(name) + 0.3 * (number - (len(measures) - 1) / 2)
+                interval(axes, row.value, line, (row.low, row.high), marker, color=colour)
+    axes.axvline(0.0, color="0.6", linewidth=0.6)
+    name_lines(axes, [written(line) for line in lines])
+    axes.set_xlabel(f"{' and '.join(measures)} of the envelope")
+    caption = "How the envelope depends on the numbers varied, with 95 % intervals."
+    return finish(figure, [axes], legend=len(measures), caption=caption)
 
 
 def _case(found: Found, row: SensitivityRow) -> str:

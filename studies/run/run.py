@@ -21,12 +21,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from flexsim.errors import ParameterError
 from flexsim.loop.beyond import beyond
-from studies.core.carry_out import FIGURES
+from studies.core.carry_out import listed
 from studies.core.console import console
 from studies.core.ending import saying
-from studies.core.figures import save
+from studies.core.figures import write_figures
 from studies.core.folder import to_json
-from studies.core.study_options import check_threads
+from studies.core.study_options import FORMATS, Format, check_each_once, check_threads
+from studies.core.table import write_files
 from studies.core.text import spelled
 from studies.run import report
 from studies.run.checking import check_rows
@@ -83,6 +84,8 @@ class RunConfig:
     cluster: str | None = None
     """A dask scheduler whose workers run the batches, such as tcp://host:8786; this
     machine unless given."""
+    format: tuple[Format, ...] = FORMATS
+    """Of the figures, each once."""
     code: bool = True
     """Whether the file may name a Python function, which is then run; --no-code refuses."""
 
@@ -124,6 +127,7 @@ def _check(config: RunConfig) -> None:
     if config.resume and config.force:
         raise ParameterError("--resume continues a run, --force replaces it; give one of them")
     check_threads(config.threads)
+    check_each_once("format", config.format)
 
 
 def carry_out(config: RunConfig) -> Outcome:
@@ -158,7 +162,7 @@ def carry_out(config: RunConfig) -> Outcome:
         store.assemble()
         found = _found(store, workshop, config)
         if not store.finished:
-            _write(store, found)
+            _write(store, found, config.format)
     return Outcome(out, found, time.monotonic() - began)
 
 
@@ -221,16 +225,12 @@ def bent(store: Store, workshop: Workshop) -> list[str]:
     return notes
 
 
-def _write(store: Store, found: Found) -> None:
+def _write(store: Store, found: Found, formats: Sequence[Format]) -> None:
     """Write what is found into the folder, which is then finished."""
     folder = store.folder
     store.write_csv()
-    for table in report.tables(found):
-        if table.file and table.rows:
-            table.write_csv(folder / table.file)
-    (folder / FIGURES).mkdir(exist_ok=True)
-    for name, figure in report.figures(found):
-        save(figure, folder / FIGURES / f"{name}.png")
+    write_files(folder, [*report.tables(found), report.whole(found)])
+    write_figures(folder, report.figures(found), formats)
     store.conclude()
 
 
@@ -250,5 +250,4 @@ def command(config: RunConfig) -> None:
         if table.columns and table.rows:
             out.print(table.render())
     out.print(report.verdict(found), soft_wrap=True)
-    shown = sorted(p.name + "/" * p.is_dir() for p in folder.iterdir() if p.name[0] != ".")
-    out.print(f"{spelled(folder)}: {', '.join(shown)}", soft_wrap=True)
+    out.print(f"{spelled(folder)}: {', '.join(listed(folder))}", soft_wrap=True)

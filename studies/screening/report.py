@@ -16,13 +16,23 @@ from matplotlib.figure import Figure
 from flexsim.numerics.types import Array
 from studies.core.evidence.digits import percent, with_interval
 from studies.core.evidence.intervals import LEAST_RUNS, ratio_interval, share_of
-from studies.core.figures import BLUE, FONT, ORANGE, canvas, finish
+from studies.core.figures import (
+    BLUE,
+    DASHES,
+    INDEX,
+    INDEX_UNIT,
+    ORANGE,
+    SINGLE,
+    canvas,
+    drawn,
+    finish,
+    log_axis,
+)
 from studies.core.table import Column, Table
 
 COLOURS = {False: ORANGE, True: BLUE}  # by whether draws are screened
 NAMES = {False: "plain", True: "screened"}
 COSTS = ("simulations", "seconds")  # until the target
-INDEX = 1e4  # the table's indices are in 1e-4 m2 s
 
 
 @dataclass(frozen=True)
@@ -211,7 +221,13 @@ def _bests(rows: Sequence[CurveRow], screened: bool) -> tuple[Array, Array]:
 
 def figures(result: ScreeningResult) -> Iterator[tuple[str, Figure]]:
     """Give the best index so far against simulations: median and range over seeds."""
-    figure, panels = canvas(height=8.0)
+    yield "screening", course_figure(result)
+
+
+@drawn
+def course_figure(result: ScreeningResult) -> Figure:
+    """Return the best index so far against simulations, median and range, screened and plain."""
+    figure, panels = canvas(height=75, width=SINGLE)
     axes = panels[0, 0]
     held = [row.best for row in result.curves if math.isfinite(row.best)]
     for screened, colour in COLOURS.items():
@@ -221,15 +237,20 @@ def figures(result: ScreeningResult) -> Iterator[tuple[str, Figure]]:
         top = np.where(np.isfinite(best).all(axis=0), best.max(axis=0), max(held, default=1.0))
         some = np.isfinite(best).any(axis=0)
         low = np.array([np.nanmin(column) for column in shown.T[some]])
-        axes.fill_between(simulations[some], low, top[some], color=colour, alpha=0.2, linewidth=0)
+        ends = INDEX * low, INDEX * top[some]
+        axes.fill_between(simulations[some], *ends, color=colour, alpha=0.2, linewidth=0)
         middle = np.where(np.isfinite(middle), middle, np.nan)
-        label = f"{NAMES[screened]}: median and range"
-        axes.plot(simulations, middle, color=colour, linewidth=2.6, label=label)
+        how = {"color": colour, "linewidth": 1.4, "linestyle": DASHES[int(screened)]}
+        axes.plot(simulations, INDEX * middle, **how, label=f"{NAMES[screened]}: median")
+        axes.fill([], [], color=colour, alpha=0.2, linewidth=0, label=f"{NAMES[screened]}: range")
     if math.isfinite(result.target):
-        label = "target: median the plain end with"
-        axes.axhline(result.target, color="0.4", linestyle="--", label=label)
+        axes.axhline(INDEX * result.target, color="0.4", linestyle=":", label="target")
     if held:
-        axes.set_yscale("log")
-    axes.set(xlabel="simulations", ylabel="best index (5) so far [m² s]", title=result.title)
-    axes.legend(fontsize=FONT, frameon=False)
-    yield "screening", finish(figure, [axes])
+        log_axis(axes.yaxis)
+    axes.set(xlabel="simulations", ylabel=f"best index (5) so far [{INDEX_UNIT}]")
+    axes.margins(x=0)
+    caption = (
+        f"Searches, {result.title}, with draws as they are and with screened draws: the best index "
+        "(5) so far, median and range over seeds. Target: the median that the plain ones end with."
+    )
+    return finish(figure, [axes], legend=2, caption=caption)

@@ -16,7 +16,15 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from studies.core.evidence.digits import with_interval
-from studies.core.figures import DPI
+from studies.core.figures import (
+    canvas,
+    drawn,
+    finish,
+    log_axis,
+    no_minor_ticks,
+    unmathed,
+)
+from studies.core.printed.ticks import PlainLog, PlainNumbers
 from studies.core.table import Column, Table
 from studies.stability.loops import EXACT
 from studies.stability.maps import StabilityMap
@@ -25,7 +33,8 @@ from studies.stability.rows import DrawsRow, LoopRow, StabilityResult
 RATE_SHOWN = 100.0  # [1/s] end of the colours
 LEAST_SHOWN = 1e-3  # [1/s] start of the colours where the slack is less
 STABLE_COLOUR = "#7fbf9f"
-MAP_WIDTH = 12.0  # [in]
+NU = "\u03bd"
+SUBSCRIPTS = {1: "₁", 4: "₄"}  # of the leading gains of joints 1 and 2
 
 
 def _growth(row: LoopRow) -> str:
@@ -159,31 +168,49 @@ def figures(result: StabilityResult) -> Iterator[tuple[str, Figure]]:
         yield f"stable_{plant}", map_figure(mine, result.slack)
 
 
+@drawn
 def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
     """Return maps of one plant, a row per controller, a column per joint.
 
     slack: growth up to which a loop counts as stable [1/s].
     """
     rows = math.ceil(len(maps) / 2)
-    figure = Figure(figsize=(MAP_WIDTH, 1.0 + 4.0 * rows), dpi=DPI, layout="constrained")
-    grid = figure.subplots(rows, 2, squeeze=False)
+    figure, grid = canvas(rows, 2, height=18 + 58 * rows)
     lowest = max(slack, LEAST_SHOWN)
     norm = LogNorm(lowest, RATE_SHOWN)
     colours = colormaps["YlOrRd"].with_extremes(under=STABLE_COLOUR)
     for axes, each in zip(grid.ravel(), maps, strict=False):
         growth = np.where(each.growth <= slack, lowest / 2, np.maximum(each.growth, lowest))
-        axes.pcolormesh(each.k, each.nu, growth, cmap=colours, norm=norm, shading="nearest")
-        axes.plot(*each.own, "*", color="0.1", markersize=13)
-        axes.set_xscale("log")
+        how: dict[str, Any] = {"cmap": colours, "norm": norm, "shading": "nearest"}
+        axes.pcolormesh(each.k, each.nu, growth, **how, rasterized=True)
+        star: dict[str, Any] = {
+            "color": "0.1",
+            "markersize": 7,
+            "linestyle": "none",
+            "clip_on": False,
+        }
+        axes.plot(*each.own, "*", **star, label="the controller")
+        held = (each.growth <= slack).astype(float)
+        if 0 < held.mean() < 1:  # an edge that is seen in grey, too
+            axes.contour(each.k, each.nu, held, [0.5], colors="0.1", linewidths=0.6)
+        log_axis(axes.xaxis)
+        number = 3 * each.joint - 2
+        axes.grid(False)
         axes.set(
-            xlabel=f"$k_{3 * each.joint - 2}$ [N m ms$^\\nu$/rad]",
-            ylabel=f"$\\nu_{3 * each.joint - 2}$",
-            title=f"controllers {each.controllers}, joint {each.joint}",
+            xlabel=f"gain k{SUBSCRIPTS[number]} [N m ms$^\\nu$/rad]",
+            ylabel=f"order {NU}{SUBSCRIPTS[number]}",
+            title=f"{unmathed(each.controllers)}, joint {each.joint}",
         )
-    label = "growth of the slowest-decaying motion [1/s]"
-    figure.colorbar(ScalarMappable(norm, colours), ax=grid, label=label, extend="both")
-    figure.suptitle(
-        f"{maps[0].plant}, theta2 = {maps[0].theta2:.3f} rad: green is stable "
-        f"(growth up to {slack:g} 1/s); star: the controller"
+    for axes in grid.ravel()[len(maps) :]:
+        axes.set_axis_off()
+    scale: dict[str, Any] = {"ticks": PlainLog(), "format": PlainNumbers(), "aspect": 35}
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=grid, extend="both", **scale)
+    no_minor_ticks(bar.ax.yaxis)
+    bar.set_label("growth of the slowest-decaying motion [1/s]")
+    grid.ravel()[0].fill([], [], color=STABLE_COLOUR, label="stable")
+    caption = (
+        f"Growth over leading gain and order of one joint, all else as in the controller; plant "
+        f"{maps[0].plant}, at rest with theta2 = {maps[0].theta2:.3f} rad. Stable: growth up to "
+        f"{slack:g} 1/s."
     )
-    return figure
+    return finish(figure, grid.ravel()[: len(maps)], legend=2, caption=caption)

@@ -14,29 +14,33 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, NullLocator
 
 from flexsim.recording.traces import MM, spoken
 from studies.core.figures import (
-    FONT,
     GREEN,
     OTHER_MARKER,
     PLANT_MARKERS,
+    SMALL,
     STYLES,
     VERMILION,
     beside,
     canvas,
+    drawn,
     finish,
-    log_ticks,
+    interval,
+    log_axis,
     name_lines,
+    no_minor_ticks,
+    unmathed,
 )
 from studies.core.paper import CASES, PAPER_MARKERS, PLANTS, case_name, paper_envelopes
+from studies.core.printed.ticks import PlainLog, PlainNumbers
 from studies.tables.rows import GivenRow, RunRow, TablesResult
 
 COLOURS = {plant: STYLES[plant]["color"] for plant in PLANTS} | {"both": GREEN}  # tuned on
 MARKERS = PLANT_MARKERS | {"both": OTHER_MARKER}
-FRAME: dict[str, Any] = {"fill": False, "edgecolor": VERMILION, "linewidth": 3}
-SPACING = 0.2  # of markers of one case, the paper's the lowest
+FRAME: dict[str, Any] = {"fill": False, "edgecolor": VERMILION, "linewidth": 1.4}
+SPACING = 0.19  # of markers of one case, the paper's the lowest
 PALE = 0.55  # of the colour map, where letters turn from white to black
 
 
@@ -59,20 +63,20 @@ def _draw_case(axes: Axes, row: RunRow, height: float) -> None:
         beside(axes, height, "diverged", colour)
         return
     length = MM * row.envelope
-    axes.plot(length, height, marker, color=colour, markersize=10, zorder=3)
-    how: dict[str, Any] = {"textcoords": "offset points", "va": "center", "size": FONT - 3}
-    axes.annotate(f"{length:.1f}", (length, height), (9, 0), color="0.25", **how)
+    low, high = (None if end is None else MM * end for end in (row.envelope_low, row.envelope_high))
+    interval(axes, length, height, (low, high), marker, color=colour, zorder=3)
 
 
+@drawn
 def envelope_figure(rows: Sequence[RunRow]) -> Figure:
     """Return the envelopes of Figures 3 to 6's cases, a panel per plant, beside the paper's."""
     plants, tuned_ons = distinct(rows, "run_on"), distinct(rows, "tuned_on")
-    height = 2.0 + 1.3 * len(CASES)
+    height = 28 + 13 * len(CASES)
     figure, ((*panels,),) = canvas(1, len(plants), height=height, sharex=True, sharey=True)
     for axes, plant, which in zip(panels, plants, (0, 1), strict=True):
         label, marker = PAPER_MARKERS[which]
-        axes.set_title(f"run on the {spoken(plant)}   (black: {label})")
-        axes.set_xlabel("half-width of the envelope around the reference [mm]")
+        axes.set_title(f"run on the {spoken(plant)}")
+        axes.set_xlabel("envelope half-width [mm]")
         for k, case in enumerate(CASES):
             mine = [row for row in rows if (row.trajectory, row.tuned_for) == case]
             for row in mine:
@@ -82,16 +86,20 @@ def envelope_figure(rows: Sequence[RunRow]) -> Figure:
             paper = paper_envelopes(*case)
             if paper:
                 low = k + SPACING * len(tuned_ons) / 2
-                axes.plot(MM * paper[which], low, marker, color="0.15", ms=13, mew=2.5)
-        log_ticks(axes)
+                axes.plot(MM * paper[which], low, marker, color="0.15", markersize=6)
+        axes.plot([], [], marker, color="0.15", markersize=6, linestyle="none", label=label)
+        log_axis(axes.xaxis)
     for tuned_on in tuned_ons:
-        how = {"color": COLOURS[tuned_on], "markersize": 10}
-        panels[0].plot([], [], MARKERS[tuned_on], label=f"tuned on {spoken(tuned_on)}", **how)
-    for label, marker in PAPER_MARKERS:
-        panels[0].plot([], [], marker, color="0.15", ms=13, mew=2.5, label=label)
+        how = {"color": COLOURS[tuned_on], "linestyle": "none"}
+        label = f"tuned on {spoken(tuned_on)}"
+        panels[0].plot([], [], marker=MARKERS[tuned_on], label=label, **how)
     name_lines(panels[0], [case_name(*case) for case in CASES])
     panels[0].margins(x=0.12)
-    return finish(figure, panels, legend=5)
+    caption = (
+        "Half-width of the envelope of the tip around its reference in the cases of Figures "
+        "3 to 6: medians with 95 % intervals, beside the paper's."
+    )
+    return finish(figure, panels, legend=5, caption=caption)
 
 
 def _rank(row: RunRow, shapes: Sequence[str]) -> int:
@@ -105,40 +113,55 @@ def _heat(axes: Axes, rows: Sequence[RunRow], colours: LogNorm) -> AxesImage:
     one_of = {row.origin: row for row in sorted(rows, key=lambda row: _rank(row, shapes))}
     names = list(one_of)
     lengths = np.full((len(names), len(shapes)), np.nan)
+    ends = np.full(lengths.shape, "", dtype=object)
     for row in rows:
         if row.envelope is not None:
             place = names.index(row.origin), shapes.index(row.trajectory)
             lengths[place] = MM * row.envelope
+            ends[place] = _ends(row)
     shown = np.ma.masked_invalid(lengths)
     image = axes.imshow(shown, cmap="viridis_r", norm=colours, aspect="auto")
     axes.set_facecolor("0.85")
     for (i, j), length in np.ndenumerate(lengths):
         known = np.isfinite(length)
         colour = "white" if known and colours(length) > PALE else "black"
-        text = f"{length:.1f}" if known else "diverged"
-        axes.text(j, i, text, color=colour, size=FONT, ha="center", va="center")
+        text = f"{length:.1f}{ends[i, j]}" if known else "diverged"
+        axes.text(j, i, text, color=colour, size=SMALL, ha="center", va="center")
         if one_of[names[i]].tuned_for == shapes[j]:
             axes.add_patch(Rectangle((j - 0.48, i - 0.46), 0.96, 0.92, **FRAME))
-    axes.set_xticks(range(len(shapes)), [f"on the {shape}" for shape in shapes])
-    axes.set_yticks(range(len(names)), [row.origin_words for row in one_of.values()])
+    axes.set_xticks(range(len(shapes)), shapes)
+    axes.set_xlabel("trajectory")
+    axes.set_yticks(range(len(names)), [unmathed(row.origin_words) for row in one_of.values()])
     return image
 
 
+def _ends(row: RunRow) -> str:
+    """Return a row's interval [mm], for below its median; nothing where it has none."""
+    low, high = row.envelope_low, row.envelope_high
+    return "" if low is None or high is None else f"\n[{MM * low:.1f}, {MM * high:.1f}]"
+
+
+@drawn
 def transfer_figure(rows: Sequence[RunRow]) -> Figure:
     """Return the envelope of every controller on every trajectory, in mm, a panel per plant."""
     held = [MM * row.envelope for row in rows if row.envelope is not None]
     colours = LogNorm(min(held, default=1.0), max(held, default=10.0))
     plants = distinct(rows, "run_on")
-    figure, ((*panels,),) = canvas(1, len(plants), height=7.5, sharey=True)
+    names = {row.origin for row in rows}
+    height = 24 + 9.5 * len(names)
+    figure, ((*panels,),) = canvas(1, len(plants), height=height, sharey=True)
     for axes, plant in zip(panels, plants, strict=True):
         image = _heat(axes, [row for row in rows if row.run_on == plant], colours)
         axes.set_title(f"run on the {spoken(plant)}")
-    panels[0].set_ylabel("controllers tuned")
-    finish(figure, panels, title="every controller on every trajectory; framed: tuned for it")
-    for axes in panels:
         axes.grid(False)
         axes.tick_params(length=0)
-    bar = figure.colorbar(image, ax=panels, ticks=LogLocator(subs=(1, 2, 5)), format="%g")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
-    bar.set_label("half-width of the envelope [mm]", size=FONT)
-    return figure
+        axes.spines[:].set_visible(False)
+    panels[0].set_ylabel("controllers tuned")
+    bar = figure.colorbar(image, ax=panels, ticks=PlainLog(), format=PlainNumbers(), aspect=30)
+    no_minor_ticks(bar.ax.yaxis)
+    bar.set_label("envelope half-width [mm]")
+    caption = (
+        "Half-width of the envelope [mm] of every controller on every trajectory: medians, below "
+        "them their 95 % intervals. Framed: the trajectory that the controller was tuned for."
+    )
+    return finish(figure, panels, caption=caption)

@@ -92,12 +92,14 @@ def _given(result: TablesResult, plants: str) -> list[Table]:
             line=("controllers", "trajectory"),
             across="run_on",
             section=(Column("controllers"), Column("tuned_for", form=_for)),
+            prints="results.csv",
         ),
         Table(
             result.ratios,
             (Column("controllers"), Column("trajectory"), Column("ratio", form=_ratio)),
             f"Ratio of envelopes, {result.ratios[0].direction}, with its 95 % interval",
             tight=True,
+            prints="ratios.csv",
         ),
     ]
 
@@ -115,6 +117,7 @@ def _table_3(rows: Sequence[RunRow], title: str) -> Table:
         line=("trajectory", "tuned_for", "plant_tuned_on"),
         across="run_on",
         section=(Column("case"), Column("paper", form=_paper)),
+        prints="results.csv",
     )
 
 
@@ -128,6 +131,7 @@ def _transfer(rows: Sequence[RunRow]) -> Table:
         "Every controller on every trajectory: envelope",
         line=("tuned_for", "plant_tuned_on"),
         across="run_on",
+        prints="results.csv",
     )
 
 
@@ -192,6 +196,7 @@ def _table_2(controllers: Sequence[ControllerRow]) -> Table:
             Column("index", form=lambda row: row.index),
         ),
         "Table 2 anew: gains in N m ms^nu/rad, index in 1e-4 m2 s",
+        prints="controllers.csv",
     )
 
 

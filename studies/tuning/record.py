@@ -24,6 +24,7 @@ from flexsim.errors import RunError
 from flexsim.mjcf.reading.names import Names
 from studies.core.folder import require_free, run_folder, versions, write_config
 from studies.core.locking import locked
+from studies.core.study_options import FORMATS, Format
 from studies.tuning.distributions import Distribution
 from studies.tuning.genetic import Generation
 from studies.tuning.individuals import SI_NAMES
@@ -39,7 +40,10 @@ from studies.tuning.kept import (
 )
 from studies.tuning.tuning import Tuning
 
-LATER = ("convergence.csv", "convergence.rrd", "figures/convergence.png", RESULT)
+CONCLUDED = (  # what a run holds when it has ended, beside its figure
+    *(f"convergence.{suffix}" for suffix in ("csv", "md", "tex", "rrd")),
+    *("figures/captions.md", RESULT),
+)
 DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
@@ -65,6 +69,11 @@ UNITS = {
     "diverged_at": "s, empty where not",
     "growth": "1/s, of the exact linear loop, of those rejected for it; else 0",
 }
+
+
+def drawings(formats: Sequence[Format] = FORMATS) -> tuple[str, ...]:
+    """Return the files of a run's figure in some formats."""
+    return tuple(f"figures/convergence.{each}" for each in formats)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +138,7 @@ def start(
         RunError: as `run_folder`; or a run to be replaced is still at work.
     """
     require_startable(out, force)
-    with run_folder(out, force, LATER) as folder:
+    with run_folder(out, force, (*CONCLUDED, *drawings())) as folder:
         more = {"distribution": draws.table(), "units": UNITS, "simulated": list(simulated)}
         write_config(folder, tuning, versions=_versions(), **more)
         for name, text in texts.items():

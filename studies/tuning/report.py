@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,17 +17,43 @@ from flexsim.errors import RunError
 from flexsim.files.atomic import write_text
 from flexsim.numerics.types import Array
 from flexsim.recording.tuning.convergence import write_convergence
-from studies.core.figures import BLUE, FONT, GREEN, ORANGE, canvas, finish, save
+from studies.core.figures import (
+    BLUE,
+    DASHES,
+    GREEN,
+    INDEX,
+    INDEX_UNIT,
+    ORANGE,
+    SINGLE,
+    canvas,
+    drawn,
+    finish,
+    log_axis,
+    unmathed,
+    write_figures,
+)
 from studies.core.folder import to_json
-from studies.core.table import Column, Table
+from studies.core.study_options import FORMATS, Format
+from studies.core.table import Column, Table, write_files
 from studies.tuning.distributions import NAMES
 from studies.tuning.genetic import Search
 from studies.tuning.individuals import in_si
 from studies.tuning.kept import RESULT, described
+from studies.tuning.record import CONCLUDED, drawings
 from studies.tuning.tuning import Tuning
 
-TABLE, RECORDING = "convergence.csv", "convergence.rrd"
-FIGURE = "figures/convergence.png"
+COURSE = Table(
+    (),
+    (
+        Column("generation", form="d"),
+        Column("evaluations", form="d"),
+        Column("best", "best index", "m2 s", form=".6g"),
+        Column("median", "median index", "m2 s", form=".6g"),
+        Column("stable_share", "stable", "%", form=".1f", scale=100),
+    ),
+    "Index (5), best so far and median, and the share that is stable, by generation",
+    file="convergence.csv",
+)
 
 
 @dataclass(frozen=True)
@@ -88,36 +114,53 @@ def _named(parameters: Array | None) -> dict[str, float] | None:
     return dict(zip(NAMES, parameters.tolist(), strict=True))
 
 
+@drawn
 def course_figure(search: Search, title: str) -> Figure:
     """Return individuals, median and best index, and the stable share, over generations."""
     rows = course(search)
     column = {name: np.array([getattr(row, name) for row in rows], float) for name in vars(rows[0])}
     shown = {name: np.where(np.isfinite(c), c, np.nan) for name, c in column.items()}
     generation = column["generation"]
-    figure, panels = canvas(2, 1, height=9.0, sharex=True, height_ratios=[2, 1])
+    how: dict[str, Any] = {"width": SINGLE, "sharex": True, "height_ratios": [2.2, 1]}
+    figure, panels = canvas(2, 1, height=95, **how)
     upper, lower = panels.ravel()
     if search.best_parameters is not None:
         numbers = np.concatenate([np.full(len(g.indices), g.number) for g in search.generations])
         indices = np.concatenate([each.indices for each in search.generations])
         held = np.isfinite(indices)
-        upper.plot(numbers[held], indices[held], ".", color="0.75", markersize=4, label="stable")
-        upper.plot(generation, shown["median"], color=ORANGE, linewidth=1.8, label="median of all")
-        upper.plot(generation, shown["best"], color=BLUE, linewidth=2.6, label="best so far")
-        upper.set_yscale("log")
-        upper.legend(fontsize=FONT, frameon=False)
+        dots: dict[str, Any] = {"color": "0.7", "markersize": 2, "linestyle": "none"}
+        upper.plot(
+            numbers[held],
+            INDEX * indices[held],
+            ".",
+            **dots,
+            label="a stable individual",
+            rasterized=True,
+        )
+        dashed = {"color": ORANGE, "linestyle": DASHES[1], "linewidth": 1.2}
+        upper.plot(generation, INDEX * shown["median"], label="median of all", **dashed)
+        upper.plot(
+            generation, INDEX * shown["best"], color=BLUE, linewidth=1.4, label="best so far"
+        )
+        log_axis(upper.yaxis)
     else:
         upper.text(0.5, 0.5, "every individual diverged", ha="center", transform=upper.transAxes)
-    upper.set(ylabel="index (5) [m² s]", title=title)
-    lower.plot(generation, 100 * column["stable_share"], color=GREEN, linewidth=2.0)
+    upper.set(ylabel=f"index (5) [{INDEX_UNIT}]")
+    lower.plot(generation, 100 * column["stable_share"], color=GREEN)
     lower.set(xlabel="generation", ylabel="stable [%]", ylim=(0, 105))
-    return finish(figure, [upper, lower])
+    caption = f"{title}. Index (5) of all individuals and share that is stable, by generation."
+    return finish(figure, [upper, lower], legend=2, caption=unmathed(caption))
 
 
 def is_concluded(
-    folder: Path, search: Search, scenarios: int, rated: Mapping[str, float] = {}
+    folder: Path,
+    search: Search,
+    scenarios: int,
+    rated: Mapping[str, float] = {},
+    formats: Sequence[Format] = FORMATS,
 ) -> bool:
     """Return whether a run's folder has all that `conclude` writes; the result comes last."""
-    if any(not (folder / name).is_file() for name in (TABLE, FIGURE, RECORDING, RESULT)):
+    if any(not (folder / name).is_file() for name in (*CONCLUDED, *drawings(formats))):
         return False
     return (folder / RESULT).read_bytes() == _result_text(search, scenarios, rated).encode()
 
@@ -132,6 +175,7 @@ def conclude(
     tuning: Tuning,
     scenarios: int,
     rated: Mapping[str, float] = {},
+    formats: Sequence[Format] = FORMATS,
 ) -> None:
     """Write result, convergence table, figure and recording into a run's folder.
 
@@ -145,10 +189,12 @@ def conclude(
     )
     about = {name: str(value) for name, value in vars(tuning).items()}
     try:
-        Table(rows).write_csv(folder / TABLE)
-        (folder / FIGURE).parent.mkdir(exist_ok=True)
-        save(course_figure(search, described(tuning)), folder / FIGURE)
-        write_convergence(folder / RECORDING, "index (5) [m2 s]", best, median, stable, about)
+        write_files(folder, [replace(COURSE, rows=rows)])
+        drawing = course_figure(search, described(tuning))
+        write_figures(folder, [("convergence", drawing)], formats)
+        write_convergence(
+            folder / "convergence.rrd", "index (5) [m2 s]", best, median, stable, about
+        )
         write_text(folder / RESULT, _result_text(search, scenarios, rated))
     except RunError:
         raise

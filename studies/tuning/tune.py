@@ -10,7 +10,7 @@ same bits as if it had never stopped, on any number of threads.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +28,7 @@ from studies.core.options import (
     OwnRobotOptions,
     show_differences,
 )
-from studies.core.study_options import check_threads
+from studies.core.study_options import FORMATS, Format, check_each_once, check_threads
 from studies.core.text import spelled
 from studies.tuning import record as tune_folder
 from studies.tuning import report as tune_report
@@ -141,6 +141,8 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     this machine, or else a new one, unless given."""
     json: bool = False
     """Print one JSON object instead of the table."""
+    format: tuple[Format, ...] = FORMATS
+    """Of the figure, each once."""
 
 
 def given(config: TuneConfig) -> dict[str, Any]:
@@ -280,14 +282,20 @@ def take_up(config: TuneConfig, folder: Path) -> tuple[Record, Problem]:
 
 
 def carry_out(
-    folder: Path, record: Record, problem: Problem, start: Start, viewer: OnGeneration | None
+    folder: Path,
+    record: Record,
+    problem: Problem,
+    start: Start,
+    formats: Sequence[Format] = FORMATS,
+    viewer: OnGeneration | None = None,
 ) -> tuple[Search, dict[str, float]]:
     """Return the search, every new generation kept in the folder as soon as it is there.
 
     And the best's index by plant, where it was rated on others than were simulated.
 
     Args:
-        start: called before the first generation is kept. viewer: is shown every generation.
+        start: called before the first generation is kept. formats: of the figure.
+        viewer: is shown every generation.
     """
     tuning, kept = record.tuning, len(record.generations)
 
@@ -310,8 +318,9 @@ def carry_out(
             how = (record.draws, tuning.genetic, tuning.seed, tuning.tuner)
             search = tune(problem, *how, keep, record.generations)
         rated = problem.rated(search.best_parameters)
-        if not tune_report.is_concluded(folder, search, len(problem.scenarios), rated):
-            tune_report.conclude(folder, search, tuning, len(problem.scenarios), rated)
+        scenarios = len(problem.scenarios)
+        if not tune_report.is_concluded(folder, search, scenarios, rated, formats):
+            tune_report.conclude(folder, search, tuning, scenarios, rated, formats)
     return search, rated
 
 
@@ -334,13 +343,15 @@ def command(config: TuneConfig) -> None:
         raise ParameterError("--resume continues in the run's own folder; leave out --out, --force")
     if config.connect is not None and not config.live:
         raise ParameterError("--connect has no effect: nothing is shown; add --live")
+    check_each_once("format", config.format)
     folder = config.resume or config.out or DEFAULT_OUT
     with ExitStack() as held:
         if config.resume:
             held.enter_context(locked(folder))
             record, problem = take_up(config, folder)
             viewer = _viewer(held, config, record, problem)
-            search, rated = carry_out(folder, record, problem, lambda: None, viewer)
+            how = (config.format, viewer)
+            search, rated = carry_out(folder, record, problem, lambda: None, *how)
         else:
             record, problem, make_folder = begin(config)
 
@@ -349,7 +360,7 @@ def command(config: TuneConfig) -> None:
                 held.enter_context(locked(folder))
 
             viewer = _viewer(held, config, record, problem)
-            search, rated = carry_out(folder, record, problem, start, viewer)
+            search, rated = carry_out(folder, record, problem, start, config.format, viewer)
     tally = record.draws.tally if isinstance(record.draws, Screened) else None
     if config.json:
         more: dict[str, Any] = {"screened": vars(tally)} if tally else {}

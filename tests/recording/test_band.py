@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from flexsim import Parameters
 from flexsim.loop.motion import Motion
-from flexsim.recording.band import PATHS, Band, covered
+from flexsim.recording.band import PATHS, Band, covered, pair_band
 from flexsim.recording.case import Case
 from flexsim.recording.curves import BAND, columns, of_band, panels
 from flexsim.recording.drawn.arms import FRAME, frames
@@ -25,13 +25,14 @@ from studies.compare.figures import case_figure
 RUNS, ROWS = 3, 40
 
 
-def runs(count: int = RUNS) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def runs(count: int = RUNS) -> tuple[np.ndarray, ...]:
     rng = np.random.default_rng(1)
     time = STEP * np.arange(ROWS)
     return (
         time,
         rng.normal(size=(count, ROWS, 2)),
         rng.normal(size=(count, ROWS)),
+        rng.normal(size=(count, ROWS, 2)),
         np.ones((ROWS, 2)),
     )
 
@@ -39,14 +40,15 @@ def runs(count: int = RUNS) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndar
 def banded(case: Case) -> Case:
     motion = case.motions["chain"]
     tip, v = (np.stack([each - 1e-3, each + 2e-3]) for each in (motion.tip, motion.v))
-    band = covered(None, motion.time, tip, v, motion.reference_tip)
+    torque = np.stack([motion.torque - 0.1, motion.torque + 0.2])
+    band = covered(None, motion.time, tip, v, torque, motion.reference_tip)
     assert band is not None
     return replace(case, bands={"chain": band}, shown={"chain": "run 1 of 2, the median"})
 
 
 def test_a_band_is_what_all_runs_cover() -> None:
-    time, tip, v, ref = runs()
-    band = covered(None, time, tip, v, ref)
+    time, tip, v, torque, ref = runs()
+    band = covered(None, time, tip, v, torque, ref)
     assert band is not None and band.runs == RUNS
     assert np.array_equal(band.v, [v.min(axis=0), v.max(axis=0)])
     assert np.array_equal(band.tip, [tip.min(axis=0), tip.max(axis=0)])
@@ -56,11 +58,11 @@ def test_a_band_is_what_all_runs_cover() -> None:
 
 
 def test_batches_make_the_same_band() -> None:
-    time, tip, v, ref = runs(PATHS + 5)
-    whole = covered(None, time, tip, v, ref)
+    time, tip, v, torque, ref = runs(PATHS + 5)
+    whole = covered(None, time, tip, v, torque, ref)
     parts: Band | None = None
     for some in (slice(0, 7), slice(7, PATHS + 2), slice(PATHS + 2, None)):
-        parts = covered(parts, time, tip[some], v[some], ref)
+        parts = covered(parts, time, tip[some], v[some], torque[some], ref)
     assert whole is not None and parts is not None
     for name, each in vars(whole).items():
         assert np.array_equal(getattr(parts, name), each), name
@@ -68,14 +70,14 @@ def test_batches_make_the_same_band() -> None:
 
 
 def test_diverged_runs_are_not_in_a_band() -> None:
-    time, tip, v, ref = runs()
+    time, tip, v, torque, ref = runs()
     tip[1, 20:], v[1, 20:] = np.nan, np.nan
     tip[1, :20], v[1, :20] = 99.0, 99.0
-    band = covered(None, time, tip, v, ref)
+    band = covered(None, time, tip, v, torque, ref)
     assert band is not None and band.runs == RUNS - 1
     assert band.v.max() < 99.0 and np.isfinite(band.error).all()
-    assert covered(None, time, tip[1:2], v[1:2], ref) is None
-    assert covered(band, time, tip[1:2], v[1:2], ref) is band
+    assert covered(None, time, tip[1:2], v[1:2], torque[1:2], ref) is None
+    assert covered(band, time, tip[1:2], v[1:2], torque[1:2], ref) is band
 
 
 def test_a_figure_shades_the_band_and_says_which_run() -> None:
@@ -83,14 +85,32 @@ def test_a_figure_shades_the_band_and_says_which_run() -> None:
     figure = case_figure(case)
     axes = {each.get_label(): each for each in figure.axes}
     motion = case.motions["chain"]
-    for name, mean, scale in (("x", motion.tip[:, 0], 1.0), ("v", motion.v, 1e3)):
+    for name, mean, less, more in (
+        ("tau1", motion.torque[:, 0], 0.1, 0.2),
+        ("v", 1e3 * motion.v, 1.0, 2.0),
+    ):
         (shade,) = axes[name].collections
         corners = shade.get_paths()[0].vertices
-        assert corners[:, 1].max() == pytest.approx(scale * (mean.max() + 2e-3))
-        assert corners[:, 1].min() == pytest.approx(scale * (mean.min() - 1e-3))
+        assert corners[:, 1].max() == pytest.approx(mean.max() + more)
+        assert corners[:, 1].min() == pytest.approx(mean.min() - less)
+    for name in ("along", "across", "tau2"):
+        assert len(axes[name].collections) == 1, name
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"chain: run 1 of 2, the median", "pale: all runs", "assumed modes"} <= set(labels)
-    assert len([line for line in axes["path"].lines if line.get_linewidth() == 0.8]) == 2
+    assert {"chain", "pale: all runs", "assumed modes"} <= set(labels)
+    assert "chain: run 1 of 2, the median" in figure.get_label()
+    assert len([line for line in axes["path"].lines if line.get_rasterized()]) == 2
+
+
+def test_pairs_are_differences_run_by_run() -> None:
+    """Along x and across it of three pairs; none without a pair."""
+    time = STEP * np.arange(ROWS)
+    ref = np.stack([time, np.zeros(ROWS)], axis=1)
+    differences = np.stack([np.full((ROWS, 2), each) for each in ([3.0, 0.0], [1.0, 2.0], [2, -1])])
+    pairs = pair_band(time, differences, ref)
+    assert pairs is not None and pairs.runs == 3
+    assert np.allclose(pairs.along[:, 5], [1.0, 1.5, 2.0, 2.5, 3.0])
+    assert np.allclose(pairs.across[:, 5], [-1.0, -0.5, 0.0, 1.0, 2.0])
+    assert pair_band(time, differences[:0], ref) is None
 
 
 def test_a_recording_has_the_band_beside_the_curve() -> None:

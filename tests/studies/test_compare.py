@@ -188,7 +188,7 @@ def test_a_run_is_compared_by_the_command(
     plain_name = "mine" if name == "mine" else "_x_ __red__ _ _"
     assert f"Controllers of run {plain_name}, tuned for the circle, setting simulink" in said
     figures = {path.name for path in (out / "figures").iterdir()}
-    assert len(figures) == 4 and any(each.endswith("_two-loop.png") for each in figures)
+    assert len(figures) == 3 * 4 + 1 and any(each.endswith("_two-loop.pdf") for each in figures)
     kept = json.loads((out / "config.json").read_text())
     assert kept["configuration"]["controllers"] == [str(run)]
     (given,) = kept["runs"]
@@ -451,7 +451,8 @@ def test_a_check_sample_outside_is_said() -> None:
 
 def test_tip_difference_is_over_what_both_ran() -> None:
     def ran(*tips: tuple[float, float]) -> Batch:
-        return Batch([], np.reshape(tips, (1, -1, 2)), np.zeros((1, len(tips))))
+        tip = np.reshape(tips, (1, -1, 2))
+        return Batch([], tip, np.zeros((1, len(tips))), np.zeros_like(tip))
 
     nan = (np.nan, np.nan)
     first = ran((0.0, 0.0), (1.0, 0.0), (9.0, 9.0))
@@ -508,6 +509,9 @@ def test_run_folder_explains_itself(compared: QuickRun) -> None:
     assert model.joint("joint2").armature[0] == 0.0557  # the fit's motor 2
     for case in about["cases"]:
         assert (compared.folder / "figures" / f"{case}.png").stat().st_size > 10_000
+    assert compared.faults() == []
+    for end in ("md", "tex"):
+        assert (compared.folder / f"results.{end}").stat().st_size > 500
     assert (compared.folder / "run.rrd").stat().st_size > 100_000
     assert not list(compared.folder.parent.glob(".*"))
 

@@ -271,6 +271,7 @@ def test_a_quick_run(converge: QuickRun) -> None:
     content: dict[str, Any] = converge.content
     assert converge.files == {"config.json", "figures", "ladders.csv", "rows.csv", "rungs.csv"}
     assert converge.figures == {"sizes.png", "steps.png"}
+    assert converge.faults() == []
     assert content["cases"] == ["line"] and len(content["rows"]) == len(content["rungs"])
     assert [each["ladder"] for each in content["ladders"]] == [
         *("Modes", "Modes, fine", "Segments"),

@@ -67,6 +67,7 @@ def test_rows_are_the_rungs(ladder: QuickRun, content: dict[str, Any]) -> None:
     assert row_of(content, "rigid")["clamped_hz"] == [None] * 3
     assert ladder.files == {"config.json", "figures", "integrators.csv", "rows.csv"}
     assert ladder.figures == {"cost_accuracy.png", "integrators.png"}
+    assert ladder.faults() == []
 
 
 def test_the_reference_is_finer_than_what_is_held_against_it(content: dict[str, Any]) -> None:

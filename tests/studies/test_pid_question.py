@@ -31,6 +31,7 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
     quick: Callable[[str], QuickRun],
 ) -> None:
     run = quick("pid-question")
+    assert run.faults() == []
     rows = run.content["rows"]
     assert all(set(row) >= KEYS for row in rows)
     share = {(row["order"], row["realisation"], row["range"]): row for row in rows}

@@ -174,5 +174,6 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert len(run.content["factors"]) == 9 + 6
     assert all(row["bounded_share_high"] == 1.0 for row in rows if row["part"] == "loop")
     assert run.figures == {"loop.png", "retuned.png", "responses.png"}
+    assert run.faults() == []
     for name, part in (("responses", "response"), ("loops", "loop"), ("retuned", "retuned")):
         assert {row["part"] for row in run.table(f"{name}.csv")} == {part}

@@ -160,6 +160,7 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert all(row["bounded_share"] == (row["variant"] == QUICK[0]) for row in rows)
     assert len(run.content["chaos"]) == 8
     assert run.figures == {"chaos.png", "envelopes.png"}
+    assert run.faults() == []
     assert run.files == {
         "config.json",
         "figures",

@@ -281,6 +281,7 @@ def test_the_study_writes_a_run_that_explains_itself(quick):
     assert len({each["simulations"] for each in rows}) == 1  # at equal numbers
     assert len(run.table("convergence.csv")) == 4 * 4
     assert run.figures == {"screening.png"}
+    assert run.faults() == []
     assert "Screening, until the target" in run.text
     assert json.loads((run.folder / "config.json").read_text())["target"] == run.content["target"]
     assert set(run.content["ratios"]) == {"simulations", "seconds"}

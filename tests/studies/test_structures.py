@@ -111,6 +111,7 @@ def test_quick_run(quick: Callable[[str], QuickRun]) -> None:
     assert all(row["found"] == 2 for row in rows if row["structure"] != "fractional")
     assert found.files == {"config.json", "figures", "results.csv", "winners.csv", "searches.csv"}
     assert len(found.table("searches.csv")) == 12
+    assert found.faults() == []
     ignored = [row for row in winners if row["v"] == "ignored" and row["plant"] != "closed-chain"]
     assert {"pid", "pd"} <= {row["structure"] for row in ignored}
     for row in ignored:  # (2 v)^2 against v^2, but for what a short search leaves

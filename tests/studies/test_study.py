@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
+from matplotlib.figure import Figure
 from quick_run import QuickRun
 
 from flexsim import FlexsimError, ParameterError
 from studies.core.carry_out import Study
+from studies.core.figures import canvas, finish
 from studies.core.study_options import Out, SeedOptions, StudyOptions, ThreadOptions
 from studies.core.table import Column, Table
 from studies.main import COMMANDS, main
@@ -22,7 +24,7 @@ STUDIES = (
     *("reconstruct", "screening", "stability", "structures", "tables"),
 )
 FILES = ("run", "check")  # of a study file, which has the options that studies share
-SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam")
+SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam", "--format")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,11 +58,30 @@ def test_a_study_writes_and_tells_the_same(
     about = {"count": 1, "hardware": "ideal", "run": str(config.out)}
     assert shown == {"rows": [{"x": 2.0}], **about}
     assert (config.out / "rows.csv").read_text() == "x\n2.0\n"
+    assert (config.out / "rows.md").read_text() == "| x |\n| ---: |\n| 2 |\n"
+    assert "\nx \\\\\n\\midrule\n2 \\\\\n" in (config.out / "rows.tex").read_text()
     about = json.loads((config.out / "config.json").read_text())
     assert about["configuration"]["perturbations"] == 5
     assert about["ran"]["perturbations"] == 2 and about["count"] == 1
     STUDY(dataclasses.replace(config, json=False, force=True))
     assert capsys.readouterr().out.splitlines()[-2:] == ["x is 2.", f"{config.out}: rows.csv"]
+
+
+def test_figures_come_in_the_formats_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def figures(rows: list[Row]) -> Iterator[tuple[str, Figure]]:
+        figure, panels = canvas(height=30)
+        yield "drawn", finish(figure, panels.flat, caption="Nothing.")
+
+    study = dataclasses.replace(STUDY, figures=figures)
+    study(Options(out=tmp_path / "run", json=True, format=("svg", "pdf")))
+    names = {path.name for path in (tmp_path / "run" / "figures").iterdir()}
+    assert names == {"drawn.svg", "drawn.pdf", "captions.md"}
+    capsys.readouterr()
+    assert main(["compare", "--format", "eps", "--out", str(tmp_path / "no")]) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1 and "format" in complaint and "eps" in complaint
 
 
 def test_quick_cuts_numbers_and_lists_but_raises_none() -> None:
@@ -78,6 +99,7 @@ def test_quick_cuts_numbers_and_lists_but_raises_none() -> None:
         ({"threads": 0}, "threads is 0; give 1 to"),
         ({"plants": ("a", "a")}, "plants are a a; name each once"),
         ({"plants": ()}, "plants are empty; name each once"),
+        ({"format": ("png", "png")}, "formats are png png; name each once"),
     ],
 )
 def test_shared_options_are_checked_in_one_place(wrong: dict[str, Any], words: str) -> None:

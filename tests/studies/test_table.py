@@ -147,6 +147,6 @@ def test_markdown_escapes_what_would_be_a_cell() -> None:
     table = Table(ROWS, (Column("case"), LENGTH), "Lengths", line=("case",))
     assert table.markdown() == (
         "Lengths\n\n"
-        "| case | length mm |\n| --- | ---: |\n"
+        "| case | length \\[mm\\] |\n| --- | ---: |\n"
         "| line | 12.3 \\| 500.0 |\n| circle | 2.0 \\| - |\n"
     )

@@ -116,6 +116,7 @@ def test_run_explains_itself(shown: QuickRun) -> None:
     assert len(shown.table("results.csv")) == 54
     for name in ("envelopes.png", "transfer.png"):
         assert (shown.folder / "figures" / name).stat().st_size > 20_000
+    assert shown.faults() == []
 
 
 def test_cells_are_those_of_the_rows(shown: QuickRun) -> None:
@@ -152,7 +153,7 @@ def test_given_controllers_are_run_and_nothing_is_tuned(
     assert len(content["ratios"]) == 9
     for case in content["ratios"]:
         assert case["ratio"] == case["to_envelope"] / case["from_envelope"]
-    assert {path.name for path in (out / "figures").iterdir()} == {"transfer.png"}
+    assert {path.stem for path in (out / "figures").iterdir()} == {"transfer", "captions"}
     assert main([*words, "--force"]) == 0
     said = capsys.readouterr().out
     assert "Ratio of envelopes, chain / modes" in said and "18 of 18 runs hold" in said

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from flexsim.loop.measuring import yardstick
 from flexsim.loop.runs import evaluate, measured_figures
 from studies.core.evidence.intervals import ratio_interval, share_interval
 from studies.core.evidence.repeats import perturbed
+from studies.core.study_options import FORMATS
 from studies.main import main
 from studies.run.batches import carried_out, prepare, prepared
 from studies.run.columns import FIGURES
@@ -324,10 +326,11 @@ def test_sensitivity_is_written(folder: Path) -> None:
         rows = list(csv.DictReader(file))
     assert {row["number"] for row in rows} == {"settings[0].mu[0]"}
     assert len(rows) == 2 * 2 * 2 * 4
-    assert {path.name for path in (folder / "figures").iterdir()} == {
-        "envelopes.png",
-        "sensitivity.png",
-    }
+    names = {path.name for path in (folder / "figures").iterdir()}
+    drawn = {f"{name}.{end}" for name in ("envelopes", "sensitivity") for end in FORMATS}
+    assert names == drawn | {"captions.md"}
+    for name in ("summary", "sensitivity"):
+        assert {f"{name}.{end}" for end in ("csv", "md", "tex")} <= set(os.listdir(folder))
 
 
 def test_check_says_what_it_means(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

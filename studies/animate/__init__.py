@@ -1,0 +1,1 @@
+"""A closed loop to look at: both arms over the reference, moving or still."""

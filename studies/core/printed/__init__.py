@@ -1,0 +1,1 @@
+"""What prints: tables in LaTeX, ticks that can be read."""

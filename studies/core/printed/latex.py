@@ -1,0 +1,86 @@
+"""Tables in LaTeX, for booktabs: every text as it is, units upright.
+
+>>> escaped("50 % of a_b")
+'50 \\\\% of a\\\\_b'
+>>> unit("m2 s")
+'$\\\\mathrm{m}^{2}\\\\,\\\\mathrm{s}$'
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from studies.core.text import one_line
+
+LONG = 40  # lines: more go over several pages
+SPECIAL = {
+    **{character: f"\\{character}" for character in "%_&#${}"},
+    **{"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"},
+    **{"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}", '"': r"\textquotedbl{}"},
+    **{"µ": r"\textmu{}", "μ": r"\textmu{}", "²": r"\textsuperscript{2}", "·": r"$\cdot$"},
+    **{"±": r"$\pm$", "\u00d7": r"$\times$", "\u2212": "$-$", "°": r"\textdegree{}"},
+    **{"\u03bd": r"$\nu$", "θ": r"$\theta$", "τ": r"$\tau$", "ζ": r"$\zeta$", "ω": r"$\omega$"},
+}
+UNITS = "1 % m mm µm um s ms µs us Hz rad deg N kg g dB J Pa"
+FACTOR = re.compile(rf"({'|'.join(UNITS.split())})(?:\^?(-?\d+))?")
+
+
+def escaped(text: object) -> str:
+    """Return a text on one line as LaTeX prints it, nothing in it an order."""
+    return "".join(SPECIAL.get(character, character) for character in one_line(text))
+
+
+def unit(text: str) -> str:
+    """Return a unit in roman letters, its digits as powers; what is no such unit, as a text."""
+    parts = [part.split() for part in text.replace("²", "2").split("/")]
+    matches = [[FACTOR.fullmatch(each) for each in part] for part in parts]
+    if not text or len(parts) > 2 or not all(part and all(part) for part in matches):
+        return escaped(text)
+    between = r"\,"
+    sides = (between.join(_factor(*each.groups()) for each in side if each) for side in matches)
+    return f"${'/'.join(sides)}$"
+
+
+def _factor(name: str, power: str | None) -> str:
+    letters = name.replace("µ", r"\mbox{\textmu}").replace("%", r"\%")
+    base = name if name == "1" else rf"\mathrm{{{letters}}}"
+    return base + (f"^{{{power}}}" if power else "")
+
+
+def tabular(
+    headings: Sequence[tuple[str, str]],
+    right: Sequence[bool],
+    lines: Sequence[Sequence[str]],
+    title: str = "",
+    note: str = "",
+) -> str:
+    """Return a table as a float, or over pages if it is long; needs booktabs, and then longtable.
+
+    Args:
+        headings: of the columns, each with its unit or without. right: which are numbers.
+        lines: of cells, as many as there are columns; one with none is a gap.
+        title, note: the caption; nothing for neither.
+    """
+    columns = "".join("r" if each else "l" for each in right)
+    head = " & ".join(escaped(name) + (f" [{unit(u)}]" if u else "") for name, u in headings)
+    body = [_line(line) for line in lines]
+    words = [one_line(each).rstrip(":.") for each in (title, note) if one_line(each)]
+    caption = " ".join(f"{escaped(each)}." for each in words)
+    caption = rf"\caption{{{caption}}}" if caption else ""
+    end = r" \\"
+    if len(body) > LONG:
+        packages, first = "booktabs and longtable", rf"\begin{{longtable}}{{{columns}}}"
+        above = [first, *([caption + end] if caption else []), r"\toprule", head + end, r"\midrule"]
+        above.append(r"\endhead")
+        below = [r"\bottomrule", r"\end{longtable}"]
+    else:
+        packages = "booktabs"
+        opening = [r"\begin{table}", r"\centering", *([caption] if caption else [])]
+        above = [*opening, rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head + end, r"\midrule"]
+        below = [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
+    return "\n".join([f"% needs the packages {packages}", *above, *body, *below]) + "\n"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return " & ".join(map(escaped, cells)) + r" \\" if cells else r"\addlinespace"

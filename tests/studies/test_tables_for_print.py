@@ -1,0 +1,118 @@
+"""Tables in LaTeX and markdown: balanced, as many cells in every line, no name an order."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from studies.core.printed.latex import LONG, escaped, unit
+from studies.core.table import Column, Table, write_files
+
+HOSTILE = "%_&#$~^\\{}|[red]\\input{/etc/passwd}\n\\end{tabular}\x1b[31m <b>"
+COLUMNS = (
+    Column("name"),
+    Column("length", "length_1 & so on", unit="mm", form=".1f", scale=1e3),
+    Column("index", unit="m2 s", form=".2g"),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    name: str
+    plant: str
+    length: float | None
+    index: float = 2e-4
+
+
+def rows(count: int = 2, name: str = HOSTILE) -> list[Row]:
+    return [Row(f"{name}{i // 2}", ("a", "b")[i % 2], 1e-3 * i) for i in range(2 * count)]
+
+
+def table(count: int = 2, title: str = HOSTILE, section: bool = False) -> Table:
+    how = {"section": (Column("plant"),)} if section else {"line": ("name",)}
+    return Table(rows(count), COLUMNS, title, "note: 50 %", file="rows.csv", **how)  # type: ignore[arg-type]
+
+
+def body(text: str) -> list[str]:
+    """Return the lines of cells."""
+    return [line for line in text.splitlines() if line.endswith(r"\\") and "caption" not in line]
+
+
+def cells(line: str) -> int:
+    return len(re.findall(r"(?<!\\)&", line)) + 1
+
+
+@pytest.mark.parametrize("count", [1, LONG + 1])
+@pytest.mark.parametrize("section", [False, True])
+def test_latex_is_balanced_and_has_as_many_cells_in_every_line(count: int, section: bool) -> None:
+    text = table(count, section=section).latex()
+    open_now = []
+    for order, name in re.findall(r"(?<!\\)\\(begin|end)\{(\w+\*?)\}", text):
+        if order == "begin":
+            open_now.append(name)
+        else:
+            assert open_now.pop() == name
+    assert open_now == []
+    assert ("longtable" in text) == (count > LONG or (section and 4 * count > LONG))
+    lines = body(text)
+    assert len(lines) >= count + 1 and {cells(line) for line in lines} == {len(COLUMNS)}
+    for rule in ("toprule", "midrule", "bottomrule"):
+        assert text.count(f"\\{rule}") == 1
+    depth = 0
+    for brace in re.findall(r"(?<!\\)[{}]", text):
+        depth += 1 if brace == "{" else -1
+        assert depth >= 0
+    assert depth == 0
+    assert len(re.findall(r"(?<!\\)\$", text)) % 2 == 0
+
+
+def test_names_from_outside_are_no_orders() -> None:
+    text = table().latex()
+    assert r"\input" not in text and text.count(r"\end{tabular}") == 1 and "\x1b" not in text
+    assert escaped("%_&#${}") == r"\%\_\&\#\$\{\}"
+    assert escaped("~^\\") == r"\textasciitilde{}\textasciicircum{}\textbackslash{}"
+    assert escaped("a\n b") == "a b"
+    assert escaped("%") != "%"
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ("m2 s", r"$\mathrm{m}^{2}\,\mathrm{s}$"),
+        ("1/s", r"$1/\mathrm{s}$"),
+        ("us/ms", r"$\mathrm{us}/\mathrm{ms}$"),
+        ("%", r"$\mathrm{\%}$"),
+        ("N m ms^nu/rad", r"N m ms\textasciicircum{}nu/rad"),
+        ("per run_1", r"per run\_1"),
+        ("", ""),
+    ],
+)
+def test_units_stand_upright(given: str, wanted: str) -> None:
+    assert unit(given) == wanted
+
+
+def test_markdown_has_the_same_cells_and_no_markup() -> None:
+    lines = table().markdown().splitlines()
+    grid = [line for line in lines if line.startswith("| ")]
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in grid} == {len(COLUMNS) + 1}
+    assert r"\<b\>" in lines[0] and r"\[red\]" in grid[2] and r"\$" in grid[2]
+    assert grid[0].split(" | ")[1] == r"length\_1 \& so on \[mm\]"
+
+
+def test_beside_a_csv_file_lie_both(tmp_path: Path) -> None:
+    """What nothing shows has a column for every item; several of one file follow each other."""
+    shown = Table(rows(), COLUMNS, "Shown", prints="other.csv", line=("name",))
+    write_files(tmp_path, [table(), Table(rows(1), file="other.csv"), shown, shown])
+    write_files(tmp_path, [Table(rows(1), file="plain.csv"), Table([], file="none.csv")])
+    names = {f"{name}.{end}" for name in ("rows", "other", "plain") for end in ("csv", "md", "tex")}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    with (tmp_path / "rows.csv").open(newline="") as file:
+        assert next(csv.DictReader(file))["name"] == f"{HOSTILE}0"
+    assert (tmp_path / "other.md").read_text().count("Shown") == 2
+    head = (tmp_path / "plain.md").read_text().splitlines()[0]
+    assert head == "| name | plant | length | index |"
+    assert cells(body((tmp_path / "plain.tex").read_text())[0]) == 4
