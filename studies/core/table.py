@@ -208,3 +208,24 @@ class Table:
         lines = ["| " + " | ".join(c.replace("|", "\\|") for c in each) + " |" for each in written]
         blocks = [self.title, "\n".join(lines), self.note]
         return "\n\n".join(block for block in blocks if block) + "\n"
+
+    def declared(self) -> dict[str, Any]:
+        """Return the table for reading as JSON has it: title, note, file, columns, cells by line.
+
+        What a section says once above several lines, each of them says itself.
+        """
+        lines: list[list[str]] = []
+        for rows in self.lines():
+            cells = self.cells(rows)
+            head = [column.text(rows[0]) for column in self.section]
+            for i, said in enumerate(head[1:], 1):
+                if said and not cells[i]:
+                    cells[i] = said
+            lines.append([*head[:1], *cells])
+        shown = (*self.section[:1], *self.columns)
+        columns = [
+            {"key": c.key, "heading": c.title, "unit": c.unit, "number": bool(c.form) and i > 0}
+            for i, c in enumerate(shown)
+        ]
+        about = {"title": self.title, "note": self.note.strip(), "file": self.file}
+        return {**about, "columns": columns, "lines": lines}

@@ -25,7 +25,7 @@ from studies.core.carry_out import FIGURES
 from studies.core.console import console
 from studies.core.ending import saying
 from studies.core.figures import save
-from studies.core.folder import to_json
+from studies.core.folder import add_to_config, to_json, write_tables
 from studies.core.study_options import check_threads
 from studies.core.text import spelled
 from studies.run import report
@@ -220,9 +220,12 @@ def _write(store: Store, found: Found) -> None:
     """Write what is found into the folder, which is then finished."""
     folder = store.folder
     store.write_csv()
-    for table in report.tables(found):
+    tables = report.tables(found)
+    for table in tables:
         if table.file and table.rows:
             table.write_csv(folder / table.file)
+    write_tables(folder, tables)
+    add_to_config(folder, answer=report.verdict(found))
     (folder / FIGURES).mkdir(exist_ok=True)
     for name, figure in report.figures(found):
         save(figure, folder / FIGURES / f"{name}.png")

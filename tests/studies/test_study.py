@@ -44,6 +44,7 @@ STUDY: Study[Options, list[Row]] = Study(
     lambda rows: [Table(rows, (Column("x", form="g"),), key="rows", file="rows.csv")],
     lambda rows: f"x is {rows[0].x:g}.",
     facts=lambda rows: {"count": len(rows)},
+    question="What is x?",
 )
 
 
