@@ -16,6 +16,15 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "tools"),
+    *(
+        "misprints",
+        "tables",
+        "pid_question",
+        "realisations",
+        "screening",
+        "report",
+        "watch",
+        "tools",
+    ),
     *("commands", "main"),
 )

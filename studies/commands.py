@@ -121,6 +121,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "ConvergeConfig",
         "how many modes, segments, which step: down to the exact beam",
     ),
+    "report": (
+        "report.report",
+        "ReportConfig",
+        "runs as one HTML file: answers, tables, figures, differences",
+    ),
     "view": (
         "tools.view",
         "ViewConfig",
