@@ -87,7 +87,7 @@ def layout(height: int, **more: Any) -> dict[str, Any]:
         "font": {"family": "system-ui, sans-serif", "size": 13, "color": INK},
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
-        "margin": {"l": 70, "r": 20, "t": 30, "b": 60},
+        "margin": {"l": 70, "r": 20, "t": 50, "b": 60},
         "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom"},
         "hovermode": "closest",
         **more,
@@ -132,7 +132,7 @@ def interval_chart(key: str, title: str, points: Sequence[Point], by: str = "pla
     if len(lines) > len(kept):
         note += f" The first {len(kept)} of {len(lines)} lines; the rest is in the tables."
     how = layout(
-        max(260, 130 + 24 * len(kept) * max(1, min(len(groups), 3))),
+        max(260, 150 + 16 * len(kept) * max(1, min(len(groups), 3))),
         xaxis=axis(_axis_title(*metrics[0])),
         yaxis=axis(
             "",
@@ -193,4 +193,4 @@ def _menus(metrics: Sequence[tuple[str, str]], groups: int) -> list[dict[str, An
         }
         for number, (metric, unit) in enumerate(metrics)
     ]
-    return [{"buttons": buttons, "x": 1, "xanchor": "right", "y": 1, "yanchor": "bottom"}]
+    return [{"buttons": buttons, "x": 0, "xanchor": "left", "y": 1.01, "yanchor": "bottom"}]

@@ -100,7 +100,9 @@ def _convergence(key: str, course: Frame, individuals: Frame | None) -> Chart:
         yaxis=axis(INDEX, type="log", exponentformat="power"),
     )
     if "stable_share" in course.columns:
-        right = axis("stable share", overlaying="y", side="right", range=[0, 1.05], showgrid=False)
+        right = axis(
+            "stable share", overlaying="y", side="right", range=[0, 1.05], dtick=0.2, showgrid=False
+        )
         how |= {"yaxis2": right}
         how["margin"] = {**how["margin"], "r": 70}
     return Chart(key, "Convergence", "", figure_of(data, how))
@@ -224,7 +226,7 @@ def _series_chart(key: str, shown: dict[str, dict[str, Any]], total: int) -> Cha
 
 def _stacked(cases: Sequence[str], owners: Sequence[str]) -> dict[str, Any]:
     """Return the layout: panels above each other over one time, a menu for the cases."""
-    how = layout(760, xaxis=axis("time [s]", anchor=f"y{len(PANELS)}"))
+    how = layout(660, xaxis=axis("time [s]", anchor=f"y{len(PANELS)}"))
     height = 1 / len(PANELS)
     for row, title in enumerate(PANELS, 1):
         top = 1 - (row - 1) * height
@@ -239,6 +241,6 @@ def _stacked(cases: Sequence[str], owners: Sequence[str]) -> dict[str, Any]:
             }
             for case in cases
         ]
-        menu = {"buttons": buttons, "x": 1, "xanchor": "right", "y": 1.01, "yanchor": "bottom"}
+        menu = {"buttons": buttons, "x": 0, "xanchor": "left", "y": 1.01, "yanchor": "bottom"}
         how["updatemenus"] = [menu]
     return how

@@ -6,16 +6,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from flexsim.recording.traces import spoken
 from studies.report.charts import Chart, interval_chart
-from studies.report.entries import is_there, text_of
 from studies.report.frames import finite
-from studies.report.kept import STUDY, TABLES_MOST, Kept
+from studies.report.kept import STUDY, Kept
 from studies.report.names import PLAIN
 from studies.report.pairs import (
     DIFFERENT,
@@ -49,7 +47,12 @@ def differences(runs: Sequence[Kept]) -> list[Sheet]:
     asked = [_asked(run) for run in runs]
     made = [_flat({k: run.config.get(k) for k in ("versions", "machine")}) for run in runs]
     return [
-        _sheet("Configuration", runs, asked, "Where runs are written and how is left out."),
+        _sheet(
+            "Configuration",
+            runs,
+            asked,
+            "Left out is what decides nothing: folders, threads, how it is printed.",
+        ),
         _sheet("Versions and machine", runs, made),
         _files(runs),
     ]
@@ -59,13 +62,7 @@ def _asked(run: Kept) -> dict[str, str]:
     """Return what a run was asked for: its configuration, and its study file if it has one."""
     content = {"command": run.study, **run.config["configuration"]}
     found = _flat({key: value for key, value in content.items() if key not in ABOUT})
-    path = run.folder / STUDY
-    if is_there(path):
-        try:
-            found |= _flat({STUDY: tomllib.loads(text_of(path, TABLES_MOST, "study"))})
-        except (tomllib.TOMLDecodeError, RecursionError):
-            found[STUDY] = "no TOML"
-    return found
+    return found | (_flat({STUDY: run.study_file}) if run.study_file else {})
 
 
 def _flat(content: Any, path: str = "", depth: int = 0) -> dict[str, str]:
@@ -129,10 +126,10 @@ def _numbers(caption: str, i: int, pairs: Sequence[Pair], unpaired: Sequence[Unp
     heads = [Head(text, "", "", False) for text in ("file", "of", "figure", "unit")]
     heads += [Head(text, "", "", True) for text in sides]
     heads.append(Head("compared", "", "", False))
-    note = " ".join([counted(pairs), *map(_alone, unpaired), NO_TEST])
+    lead = " ".join([counted(pairs), *map(_alone, unpaired)])
     more = len(differ) - len(rows)
     left = f"{more:,} more that differ are left out." if more else ""
-    return Sheet(caption, note, heads, rows, left)
+    return Sheet(caption, NO_TEST if rows else "", heads, rows, left, lead)
 
 
 def _alone(rows: Unpaired) -> str:

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,7 +51,7 @@ class Kept:
 
     Attributes:
         folder: as it was named. config: config.json. question, answer: empty if it keeps none.
-        unfinished: in words, empty of a run that has ended.
+        unfinished: in words, empty of a run that has ended. study_file: study.toml, if any.
         shown: tables for reading. frames: tables of its files. result: of a tuning.
         left_out: what was not read, and why.
     """
@@ -63,6 +64,7 @@ class Kept:
     shown: Sequence[Shown]
     frames: Sequence[Frame]
     result: Mapping[str, Any]
+    study_file: Mapping[str, Any]
     left_out: Sequence[str]
 
     @property
@@ -99,7 +101,9 @@ def read(folder: Path) -> Kept:
     shown = _shown(folder / TABLES) if is_there(folder / TABLES) else []
     best = _best(folder, result)
     return Kept(
-        folder, config, question, answer, unfinished, [*best, *shown], frames, result, left_out
+        *(folder, config, question, answer, unfinished, [*best, *shown], frames, result),
+        _study(folder / STUDY),
+        left_out,
     )
 
 
@@ -127,6 +131,22 @@ def _config(path: Path) -> dict[str, Any]:
         if not isinstance(content.get(key), kind):
             raise RunError(f"{path}: no {key!r} in it; it is damaged, or of another program")
     return content
+
+
+def _study(path: Path) -> dict[str, Any]:
+    """Return a study file, nothing if there is none.
+
+    Raises:
+        RunError: it is no TOML; the message has the line.
+    """
+    if not is_there(path):
+        return {}
+    try:
+        return tomllib.loads(text_of(path, TABLES_MOST, "study"))
+    except tomllib.TOMLDecodeError as error:
+        raise RunError(f"{path}: no TOML: {error}") from None
+    except RecursionError:
+        raise RunError(f"{path}: no TOML: nested too deeply") from None
 
 
 def _result(folder: Path) -> dict[str, Any]:

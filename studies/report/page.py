@@ -47,7 +47,8 @@ class Part(NamedTuple):
     Attributes:
         key, name: of its section. run: as named. answer: in lines. tables: for reading;
         whole: all columns. charts, pictures, texts: as named. facts: how to do it again.
-        hardware: in words. command: as it was given. left_out: of the page, in words.
+        hardware: in words. command: as it was given; again: another that repeats a study file's
+        run; dirty: whether its sources had changes that no commit has. left_out: in words.
     """
 
     key: str
@@ -62,6 +63,8 @@ class Part(NamedTuple):
     facts: Sheet
     hardware: str
     command: str
+    again: str
+    dirty: bool
     left_out: Sequence[str]
 
 
@@ -92,6 +95,8 @@ def part_of(run: Kept, number: int) -> Part:
         _facts(run),
         hardware if isinstance(hardware := run.config.get("hardware"), str) else "",
         shlex.join(run.command),
+        shlex.join(["flexsim", "run", str(run.folder / STUDY)]) if run.study_file else "",
+        "-dirty" in str(run.config.get("machine")),
         left_out,
     )
 
@@ -114,16 +119,12 @@ def _facts(run: Kept) -> Sheet:
     own = {
         "version": machine.get("version", "unknown"),
         "sources": machine.get("sources", config["versions"].get("sources", "unknown")),
-        "seed": config["configuration"].get("seed", f"of {STUDY}" if _has_study(run) else "none"),
+        "seed": config["configuration"].get("seed", run.study_file.get("seed", "none")),
         **config["versions"],
         **{name: value for name, value in machine.items() if name not in ("version", "sources")},
     }
     rows = [[Cell(in_words(str(name))), Cell(short(value))] for name, value in own.items()]
     return Sheet("", "", [Head("what", "", "", False), Head("value", "", "", False)], rows)
-
-
-def _has_study(run: Kept) -> bool:
-    return (run.folder / STUDY).is_file()
 
 
 def clean(value: object) -> object:

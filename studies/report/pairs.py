@@ -22,6 +22,7 @@ SAME, APART, OVERLAP, DIFFERENT, NOT_BOTH = (
     *("the same", "intervals apart", "intervals overlap", "different", "in one only"),
 )
 NEVER_PAIRED = (GENERATIONS,)  # individuals that have nothing to do with each other
+NO_FIGURES = ("shown", "run", "seed", "draw", "repeat", "default")  # numbers of something
 ENDS_OF = {"median": ("low", "high")}  # of a table with a row for each figure
 
 
@@ -78,8 +79,10 @@ def pairs_of(first: Kept, second: Kept) -> tuple[list[Pair], list[Unpaired]]:
         if alone[0] or alone[1]:
             such = words(names, (alone[0] or alone[1])[0])
             unpaired.append(Unpaired(one.name, len(alone[0]), len(alone[1]), such))
-        for row_key in (each for each in mine if each in its):
-            told = words(names, row_key)
+        both = [each for each in mine if each in its]
+        several = [i for i in range(len(names)) if len({each[i] for each in both}) > 1] or [0]
+        for row_key in both:
+            told = words([names[i] for i in several], [row_key[i] for i in several])
             pairs += _row(one, other, mine[row_key], its[row_key], told, names)
     return pairs, unpaired
 
@@ -111,7 +114,8 @@ def _row(
 ) -> Iterator[Pair]:
     """Give the numbers of two rows that belong together."""
     for name in one.columns:
-        if name not in other.places or name in names or _is_end(one, name):
+        named = name in names or name in NO_FIGURES
+        if named or name not in other.places or _is_end(one, name):
             continue
         first, second = _side(one, mine, name), _side(other, its, name)
         if not any(is_number(each.value) for each in (first, second)):

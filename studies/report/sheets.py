@@ -44,7 +44,7 @@ class Sheet(NamedTuple):
     """A table of the page.
 
     Attributes:
-        caption, note: above and below. heads, rows: as named.
+        caption, lead: above. note: below. heads, rows: as named.
         left_out: how many rows are not shown, in words.
     """
 
@@ -53,6 +53,7 @@ class Sheet(NamedTuple):
     heads: Sequence[Head]
     rows: Sequence[Sequence[Cell]]
     left_out: str = ""
+    lead: str = ""
 
 
 def of_shown(table: Shown) -> Sheet:
