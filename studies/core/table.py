@@ -223,8 +223,14 @@ class Table:
                     cells[i] = said
             lines.append([*head[:1], *cells])
         shown = (*self.section[:1], *self.columns)
+        names = len(self.section[:1])  # what a section is of is no number
         columns = [
-            {"key": c.key, "heading": c.title, "unit": c.unit, "number": bool(c.form) and i > 0}
+            {
+                "key": c.key,
+                "heading": c.title,
+                "unit": c.unit,
+                "number": bool(c.form) and i >= names,
+            }
             for i, c in enumerate(shown)
         ]
         about = {"title": self.title, "note": self.note.strip(), "file": self.file}

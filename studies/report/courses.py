@@ -218,7 +218,7 @@ def _series_chart(key: str, shown: dict[str, dict[str, Any]], total: int) -> Cha
                 )
                 data.append(curve)
                 owners.append(case)
-    thin = f" Every {stride}th sample." if stride > 1 else ""
+    thin = f" One sample in {stride} is drawn." if stride > 1 else ""
     more = f" The first {len(shown)} cases." if total >= CASES_MOST else ""
     note = f"The first run of each case, as it was kept.{thin}{more}"
     return Chart(key, "Time series", note, figure_of(data, _stacked(list(shown), owners)))

@@ -100,6 +100,8 @@ def read(folder: Path) -> Kept:
     unfinished = _unfinished(folder, config, frames)
     shown = _shown(folder / TABLES) if is_there(folder / TABLES) else []
     best = _best(folder, result)
+    if best:
+        frames.append(_found(result))
     return Kept(
         *(folder, config, question, answer, unfinished, [*best, *shown], frames, result),
         _study(folder / STUDY),
@@ -219,6 +221,13 @@ def _shown(path: Path) -> list[Shown]:
         return found
     except NO_JSON:
         raise RunError(f"{path}: not the tables that a run keeps; it is damaged") from None
+
+
+def _found(result: Mapping[str, Any]) -> Frame:
+    """Return the numbers of a tuning's result as a table, by their names."""
+    numbers = [(k, v) for k, v in result.items() if isinstance(v, int | float)]
+    rows = [[str(k), v] for k, v in [*numbers, *result["best_parameters_si"].items()]]
+    return Frame(RESULT, ["name", "value"], rows, len(rows))
 
 
 def _best(folder: Path, result: Mapping[str, Any]) -> list[Shown]:

@@ -74,12 +74,12 @@
     count.setAttribute("role", "status");
     bar.append(count);
     const update = () => {
-      const sought = words.value.toLowerCase().split(/\s+/).filter(Boolean);
+      const sought = words.value.trim().toLowerCase();
       let shown = 0;
       for (const row of rows) {
-        const own = row.textContent.toLowerCase();
+        const own = [...row.cells].map(text).join("\t").toLowerCase();
         row.hidden = !(
-          sought.every((word) => own.includes(word)) &&
+          own.includes(sought) &&
           menus.every(([i, select]) => !select.value || select.value === `=${text(row.cells[i])}`)
         );
         shown += !row.hidden;

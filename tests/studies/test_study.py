@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -60,6 +61,9 @@ def test_a_study_writes_and_tells_the_same(
     about = json.loads((config.out / "config.json").read_text())
     assert about["configuration"]["perturbations"] == 5
     assert about["ran"]["perturbations"] == 2 and about["count"] == 1
+    assert (about["question"], about["answer"]) == ("What is x?", "x is 2.")
+    (table,) = json.loads((config.out / "tables.json").read_text())["tables"]
+    assert table["lines"] == [["2"]] and table["columns"][0]["number"]
     STUDY(dataclasses.replace(config, json=False, force=True))
     assert capsys.readouterr().out.splitlines()[-2:] == ["x is 2.", f"{config.out}: rows.csv"]
 
@@ -101,6 +105,12 @@ def test_every_study_has_the_shared_options(
     text = capsys.readouterr().out
     assert all(option in text for option in SHARED)
     assert "Folder of the run, made anew." in " ".join(text.split())
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_every_study_has_a_question(command: str) -> None:
+    study = importlib.import_module(f"studies.{COMMANDS[command][0]}").command
+    assert isinstance(study, Study) and study.question.endswith("?")
 
 
 def test_studies_are_those_with_a_quick_run(capsys: pytest.CaptureFixture[str]) -> None:
