@@ -68,6 +68,8 @@ def look_of(plants: Sequence[str]) -> Callable[[str], Look]:
     alone = len(set(kinds)) == len(kinds) and sum(k not in STYLES for k in kinds) < 2
 
     def look(plant: str) -> Look:
+        if not plant:
+            return numbered(0)
         if alone:
             return STYLES.get(kind(plant), OTHER)
         return numbered(plants.index(plant))

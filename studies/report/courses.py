@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,14 +28,15 @@ from studies.report.charts import (
     look_of,
     numbered,
 )
-from studies.report.entries import is_there, named
-from studies.report.frames import Frame, finite, parquet
+from studies.report.entries import is_there, named, size_of
+from studies.report.frames import PARQUET_MOST, Frame, finite, parquet
 from studies.report.kept import GENERATIONS, RESULTS, Kept
 from studies.run.columns import FACTORS
 
 CONVERGENCE, TRACES = "convergence.csv", "traces"
 CASES_MOST, SAMPLES_MOST, DOTS_MOST = 12, 1500, 5000  # of a figure, of a curve
 FILES_MOST = 24  # of time series that are looked into
+RUNS = re.compile(r"(\d{1,12})-(\d{1,12})\.parquet")  # the first and the last of a file
 MM = 1e3
 DIGITS = 6
 INDEX = "performance index (5) [m2 s]"
@@ -135,20 +137,29 @@ def _time_series(key: str, folder: Path) -> Chart | None:
         RunError: a file is damaged.
     """
     paths = named(folder / TRACES, ".parquet")
-    if not paths or not is_there(folder / RESULTS):
+    results = folder / RESULTS
+    if not paths or not is_there(results) or size_of(results) > PARQUET_MOST:
         return None
-    cases = _cases(folder / RESULTS)
+    cases = _cases(results)
     wanted = {run for runs in cases.values() for run in runs.values()}
     found: dict[int, Any] = {}
-    for path in paths[:FILES_MOST]:
-        if wanted - set(found):
-            found |= _kept(path, wanted - set(found))
+    files = [each for each in paths if _may_have(each, wanted)]
+    for path in files[:FILES_MOST]:
+        found |= _kept(path, wanted - set(found))
     whole = {
         case: {plant: found[run] for plant, run in runs.items() if run in found}
         for case, runs in cases.items()
     }
     shown = {case: series for case, series in whole.items() if series}
     return _series_chart(key, shown, len(cases)) if shown else None
+
+
+def _may_have(path: Path, wanted: set[int]) -> bool:
+    """Return whether a file of time series can be read, and has wanted runs by its name."""
+    runs = RUNS.fullmatch(path.name)
+    if runs is None or size_of(path) > PARQUET_MOST:
+        return False
+    return any(int(runs[1]) <= run <= int(runs[2]) for run in wanted)
 
 
 def _cases(path: Path) -> dict[str, dict[str, int]]:

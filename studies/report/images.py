@@ -21,6 +21,7 @@ from studies.report.entries import named, opened, size_of, text_of
 
 PICTURE_MOST, PICTURES_MOST = 2 * MIB, 6 * MIB  # [bytes] of one, of all of a run
 TEXT_MOST, TEXTS_MOST, SHOWN_MOST = 1 * MIB, 3 * MIB, 200_000
+INPUTS = "inputs"  # files that a study names
 SVG, PNG = ".svg", ".png"
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 KINDS = {SVG: "image/svg+xml", PNG: "image/png"}
@@ -85,14 +86,16 @@ def texts_of(folder: Path, most: int = TEXTS_MOST) -> tuple[list[Text], list[str
     """Return a run's files of text to save, and what is left out; arguments as above."""
     texts, left_out = [], []
     paths = named(folder, *TEXTS, within=False)
-    for path in sorted(paths, key=lambda path: (path.name != CONFIG, path.suffix == ".csv")):
+    paths.sort(key=lambda path: (path.name != CONFIG, path.suffix == ".csv"))
+    for path in [*paths, *named(folder / INPUTS, *TEXTS)]:
+        name = path.relative_to(folder).as_posix()
         if size_of(path) > min(TEXT_MOST, most):
-            left_out.append(f"{path.name}: {size_of(path):,} bytes")
+            left_out.append(f"{name}: {size_of(path):,} bytes")
             continue
         text = text_of(path, TEXT_MOST, "file")
         content = text.encode()
         most -= len(content)
         source = data_uri(content, "text/plain;charset=utf-8")
         shown = text if path.suffix in READ and len(text) <= SHOWN_MOST else ""
-        texts.append(Text(path.name, len(content), source, shown))
+        texts.append(Text(name, len(content), source, shown))
     return texts, left_out

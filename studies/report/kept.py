@@ -19,7 +19,7 @@ from flexsim.files.reading import MIB
 from studies.core.folder import CONFIG, CONFIG_MOST, TABLES
 from studies.core.marker import is_unfinished
 from studies.report.entries import is_there, named, size_of, text_of
-from studies.report.frames import PARQUET_MOST, Frame, first_rows, read_csv
+from studies.report.frames import CSV_MOST, PARQUET_MOST, Frame, first_rows, read_csv
 
 RESULTS, RESULTS_CSV, STUDY, BATCHES = "results.parquet", "results.csv", "study.toml", "batches"
 RESULT, GENERATIONS = "result.json", "generations.csv"
@@ -167,12 +167,10 @@ def _frames(folder: Path) -> tuple[list[Frame], list[str]]:
             frames.append(first_rows(folder / RESULTS, ROWS_SHOWN))
         names = [name for name in names if name != RESULTS_CSV]  # the same rows once more
     for name in names:
-        try:
+        if size_of(folder / name) > CSV_MOST:
+            left_out.append(f"{name}: more than {CSV_MOST:,} bytes")
+        else:
             frames.append(read_csv(folder / name))
-        except RunError as error:
-            if "more than" not in str(error) or "bytes" not in str(error):
-                raise
-            left_out.append(f"{name}: too large a file")
     return frames, left_out
 
 
@@ -189,8 +187,8 @@ def _unfinished(folder: Path, config: Mapping[str, Any], frames: Sequence[Frame]
     if is_unfinished(folder):
         batches = len(named(folder / BATCHES, ".arrow"))
         return (
-            f"This run is unfinished: {batches} batches of runs are kept, and there are no "
-            "results yet. flexsim run --resume goes on with it."
+            f"This run is unfinished: {batches} batches of runs are kept, and its results are not "
+            "summed up yet. flexsim run --resume goes on with it."
         )
     return ""
 
