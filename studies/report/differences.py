@@ -32,7 +32,7 @@ ABOUT = ("out", "force", "json", "threads", "resume", "workers", "cluster", "exa
 PAIRS_MOST = 1500  # rows of a table of numbers
 DEEPEST = 12  # levels of a configuration
 NO_TEST = (
-    "Intervals that overlap are no test of anything, and apart is no more than that: where it "
+    "Overlap and apart say it of the two intervals, which is no test of a difference: where one "
     "matters, compare in one run, pair by pair. A difference is the second less the first."
 )
 
@@ -123,7 +123,7 @@ def _numbers(caption: str, i: int, pairs: Sequence[Pair], unpaired: Sequence[Unp
     differ.sort(key=lambda each: each.verdict == DIFFERENT)  # stable: else as they come
     rows = [_pair_cells(each) for each in differ[:PAIRS_MOST]]
     sides = [f"run 1 [interval], run {i} [interval], difference".split(", ")[n] for n in range(3)]
-    heads = [Head(text, "", "", False) for text in ("file", "of", "figure", "unit")]
+    heads = [Head(text, "", "", False) for text in ("file", "of", "figure")]
     heads += [Head(text, "", "", True) for text in sides]
     heads.append(Head("compared", "", "", False))
     lead = " ".join([counted(pairs), *map(_alone, unpaired)])
@@ -141,9 +141,9 @@ def _alone(rows: Unpaired) -> str:
 
 def _pair_cells(pair: Pair) -> list[Cell]:
     difference = pair.difference
+    unit = "" if pair.unit in PLAIN else f" [{pair.unit}]"
     return [
-        *(Cell(text) for text in (pair.file, pair.of, pair.metric)),
-        Cell("" if pair.unit in PLAIN else pair.unit),
+        *(Cell(text) for text in (pair.file, pair.of, pair.metric + unit)),
         *(_side_cell(side) for side in (pair.first, pair.second)),
         Cell(MISSING if difference is None else f"{difference:+.4g}", difference, True),
         Cell(pair.verdict),

@@ -19,7 +19,7 @@ from studies.report.names import PARTS, in_words
 from studies.report.points import LONG, key, keys_of, words
 
 SAME, APART, OVERLAP, DIFFERENT, NOT_BOTH = (
-    *("the same", "intervals apart", "intervals overlap", "different", "in one only"),
+    *("the same", "apart", "overlap", "different", "in one only"),
 )
 NEVER_PAIRED = (GENERATIONS,)  # individuals that have nothing to do with each other
 NO_FIGURES = ("shown", "run", "seed", "draw", "repeat", "default")  # numbers of something

@@ -1,7 +1,7 @@
 "use strict";
 // Tables sorted by a click on a heading, and back; filtered by words, and by menus of few values.
 (() => {
-  const FEW = 12; // values of a menu
+  const FEW = 24; // values of a menu
   const LEAST = 4; // rows of a table with filters
   const STATES = ["ascending", "descending", "none"];
 
