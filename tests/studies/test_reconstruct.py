@@ -162,6 +162,7 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert run.figures == {"chaos.png", "envelopes.png"}
     assert run.files == {
         "config.json",
+        "tables.json",
         "figures",
         "results.csv",
         "chaos.csv",
