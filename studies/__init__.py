@@ -17,7 +17,7 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "view", "watch", "tools"),
-    "animate",
+    *("misprints", "tables", "pid_question", "realisations", "screening", "report", "view"),
+    *("watch", "tools", "animate"),
     *("commands", "shell", "main"),
 )

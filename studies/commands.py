@@ -171,6 +171,12 @@ COMMANDS = {  # by name, groups together
         "look at runs in the rerun viewer, side by side if several",
         LOOKING,
     ),
+    "report": Command(
+        "report.report",
+        "ReportConfig",
+        "runs as one HTML file: answers, tables, figures, differences",
+        LOOKING,
+    ),
     "animate": Command(
         "animate.animate",
         "AnimateConfig",

@@ -73,7 +73,7 @@ def test_the_wheel_holds_every_package_and_model(wheel: Path) -> None:
         str(path.relative_to(ROOT))
         for name in PACKAGES
         for path in (ROOT / name).rglob("*")
-        if path.suffix in (".py", ".xml", ".c")
+        if path.suffix in (".py", ".xml", ".c", ".html", ".css", ".js")
     }
     assert wanted <= held
     assert {name.partition("/")[0] for name in held if ".dist-info" not in name} == set(PACKAGES)

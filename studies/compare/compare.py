@@ -223,4 +223,12 @@ def drawn_model(plants: Sequence[Plant]) -> mujoco.MjModel | None:
     return next((plant.model for plant in plants if plant.name == CHAIN), None)
 
 
-command = Study(run, report.tables, report.verdict, report.figures, report.facts, report.files)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    report.facts,
+    report.files,
+    question="Do the same controllers behave the same on both models, and which loops hold?",
+)

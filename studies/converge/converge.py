@@ -290,4 +290,11 @@ def run(config: ConvergeConfig, progress: Progress | None = None) -> Convergence
     )
 
 
-command = Study(run, tables, verdict, figures, facts)
+command = Study(
+    run,
+    tables,
+    verdict,
+    figures,
+    facts,
+    question="How many modes and segments, and which step, are as good as the exact beam?",
+)

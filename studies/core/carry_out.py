@@ -1,6 +1,6 @@
 """How a study is carried out and told: run under a progress bar, its folder whole or not at all.
 
-    >>> command = Study(run, tables, verdict, figures)
+    >>> command = Study(run, tables, verdict, figures, question="Do the two models agree?")
     >>> command(config)               # writes the folder; prints tables and verdict, or JSON
 
 A study is a frozen configuration (`studies.core.study_options`), a pure `run` from it to a result,
@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -24,7 +24,7 @@ from flexsim.loop.hardware import IDEAL
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.figures import write_figures
-from studies.core.folder import CONFIG, run_folder, to_json, write_config
+from studies.core.folder import CONFIG, TABLES, run_folder, to_json, write_config, write_tables
 from studies.core.options import keep_file, show_differences
 from studies.core.study_options import StudyOptions
 from studies.core.table import Table, write_files
@@ -86,6 +86,7 @@ class Study(Generic[Config, Result]):
         figures: of the result, with the names of their files.
         facts: of the result beside the tables, for config.json and the JSON object.
         files: writes what else the folder holds: MJCF, a recording.
+        question: that the verdict answers, a sentence.
     """
 
     run: Callable[[Config, Progress | None], Result]
@@ -94,6 +95,7 @@ class Study(Generic[Config, Result]):
     figures: Callable[[Result], Iterable[tuple[str, Figure]]] = nothing  # type: ignore[assignment]
     facts: Callable[[Result], dict[str, Any]] = nothing
     files: Callable[[Path, Config, Result], object] = nothing
+    question: str = field(kw_only=True)
 
     def __call__(self, config: Config) -> None:
         """Carry the study out, and print what it found.
@@ -125,8 +127,11 @@ class Study(Generic[Config, Result]):
     def _write(self, folder: Path, config: Config, result: Result) -> None:
         ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
         built = {"hardware": config.hardware_words}
-        write_config(folder, config, **ran, **built, **self.facts(result))
-        write_files(folder, self.tables(result))
+        said = {"question": self.question, "answer": self.verdict(result)}
+        write_config(folder, config, **ran, **built, **said, **self.facts(result))
+        tables = self.tables(result)
+        write_files(folder, tables)
+        write_tables(folder, tables)
         write_figures(folder, self.figures(result) or (), config.format)
         self.files(folder, config, result)
 
@@ -192,7 +197,7 @@ def listed(folder: Path) -> list[str]:
 
 def contents(folder: Path) -> list[str]:
     """Return what a run's folder holds beside its configuration, and how to see a recording."""
-    shown = [name for name in listed(folder) if name != CONFIG]
+    shown = [name for name in listed(folder) if name not in (CONFIG, TABLES)]
     if RECORDING in shown:
         shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

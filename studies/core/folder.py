@@ -20,13 +20,18 @@ from pathlib import Path
 from typing import Any
 
 from flexsim.errors import RunError
+from flexsim.files.atomic import write_text
 from flexsim.files.cleanup import committing, undone
+from flexsim.files.reading import MIB, read_text
 from flexsim.files.scratch import NEW, OLD, scratch
 from flexsim.numerics.machine import machine
 from studies.core.marker import is_unfinished, require_ours, sign
+from studies.core.table import Table
 from studies.core.version import sources, version
 
 CONFIG = "config.json"
+CONFIG_MOST = 16 * MIB
+TABLES = "tables.json"
 PACKAGES = ("flexsim", "mujoco", "numpy", "scipy", "numba", "rerun-sdk")
 
 
@@ -145,6 +150,24 @@ def write_config(folder: Path, config: Any, **more: Any) -> None:
         **more,
     }
     (folder / CONFIG).write_text(json.dumps(content, indent=2, default=str) + "\n")
+
+
+def add_to_config(folder: Path, **more: Any) -> None:
+    """Add to the config.json of a run what is known only at its end.
+
+    Raises:
+        RunError: it cannot be read or written.
+    """
+    text = read_text(folder / CONFIG, CONFIG_MOST, "configuration")
+    content = json.loads(text) | more
+    write_text(folder / CONFIG, json.dumps(content, indent=2, default=str) + "\n")
+
+
+def write_tables(folder: Path, tables: Sequence[Table]) -> None:
+    """Write tables.json: the tables that are for reading, as they are printed."""
+    shown = [table.declared() for table in tables if table.columns and table.rows]
+    text = json.dumps({"tables": shown}, indent=1, ensure_ascii=False)
+    write_text(folder / TABLES, text + "\n", "the tables")
 
 
 def to_json(content: Any) -> str:

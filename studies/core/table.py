@@ -220,6 +220,33 @@ class Table:
         blocks = [markdown_text(self.title), "\n".join(lines), markdown_text(self.note)]
         return "\n\n".join(block for block in blocks if block) + "\n"
 
+    def declared(self) -> dict[str, Any]:
+        """Return the table for reading as JSON has it: title, note, file, columns, cells by line.
+
+        What a section says once above several lines, each of them says itself.
+        """
+        lines: list[list[str]] = []
+        for rows in self.lines():
+            cells = self.cells(rows)
+            head = [column.text(rows[0]) for column in self.section]
+            for i, said in enumerate(head[1:], 1):
+                if said and not cells[i]:
+                    cells[i] = said
+            lines.append([*head[:1], *cells])
+        shown = (*self.section[:1], *self.columns)
+        names = len(self.section[:1])  # what a section is of is no number
+        columns = [
+            {
+                "key": c.key,
+                "heading": c.title,
+                "unit": c.unit,
+                "number": bool(c.form) and i >= names,
+            }
+            for i, c in enumerate(shown)
+        ]
+        about = {"title": self.title, "note": self.note.strip(), "file": self.file}
+        return {**about, "columns": columns, "lines": lines}
+
     def latex(self) -> str:
         """Return the table in LaTeX, all text as it is; title and note are its caption."""
         lines: list[list[str]] = []
@@ -229,7 +256,7 @@ class Table:
         right = [bool(column.form) for column in self.columns]
         return tabular(headings, right, lines, self.title, self.note)
 
-    def declared(self) -> Table:
+    def itemised(self) -> Table:
         """Return the table with a column for every item of its rows, unless it has columns."""
         if self.columns:
             return self
@@ -267,7 +294,7 @@ def write_files(folder: Path, tables: Sequence[Table]) -> None:
         if not table.file:
             continue
         table.write_csv(folder / table.file)
-        write_prints(folder / table.file, shown.get(table.file) or [table.declared()])
+        write_prints(folder / table.file, shown.get(table.file) or [table.itemised()])
 
 
 def write_prints(path: Path, tables: Sequence[Table]) -> None:

@@ -245,4 +245,11 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
     return LadderResult(rows, integrators, ref)
 
 
-command = Study(run, tables, verdict, figures, facts)
+command = Study(
+    run,
+    tables,
+    verdict,
+    figures,
+    facts,
+    question="How much model does an accuracy need, and what does it cost?",
+)

@@ -246,4 +246,10 @@ def run(config: MisprintsConfig, progress: Progress | None = None) -> report.Mis
     return result
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    question="What does each misprint of the paper cost, alone and with all the others?",
+)

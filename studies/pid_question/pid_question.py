@@ -224,4 +224,10 @@ def run(config: PidQuestionConfig, progress: Progress | None = None) -> report.P
     return result
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    question="Why did the paper find no integer PID: order, realisation or search range?",
+)

@@ -1,4 +1,4 @@
-"""Fractional, PID or PD, v mirrored or ignored: which does better at equal search effort?
+"""Fractional, PID or PD, v mirrored or ignored: which is best at equal effort?
 
     >>> result = run(StructuresConfig(quick=True))
     >>> result.winners[0].index
@@ -182,4 +182,10 @@ def _words(config: StructuresConfig, budget: Effort) -> str:
     )
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    question="Fractional, PID or PD, v mirrored or ignored: which is best at equal effort?",
+)

@@ -182,4 +182,10 @@ def run(config: RealisationsConfig, progress: Progress | None = None) -> Realisa
     return RealisationsResult(rows, config.seed)
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    question="Which realisation of a fractional operator serves the loop best, and is it (2)?",
+)

@@ -223,4 +223,10 @@ def run(config: ReconstructConfig, progress: Progress | None = None) -> Reconstr
     return result
 
 
-command = Study(run, report.tables, report.verdict, report.figures)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    question="What would it take for the controllers of the paper's Table 2 to stay bounded?",
+)

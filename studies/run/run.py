@@ -25,7 +25,7 @@ from studies.core.carry_out import listed
 from studies.core.console import console
 from studies.core.ending import saying
 from studies.core.figures import write_figures
-from studies.core.folder import to_json
+from studies.core.folder import add_to_config, to_json, write_tables
 from studies.core.study_options import FORMATS, Format, check_each_once, check_threads
 from studies.core.table import write_files
 from studies.core.text import spelled
@@ -229,7 +229,10 @@ def _write(store: Store, found: Found, formats: Sequence[Format]) -> None:
     """Write what is found into the folder, which is then finished."""
     folder = store.folder
     store.write_csv()
-    write_files(folder, [*report.tables(found), report.whole(found)])
+    tables = report.tables(found)
+    write_files(folder, [*tables, report.whole(found)])
+    write_tables(folder, tables)
+    add_to_config(folder, answer=report.verdict(found))
     write_figures(folder, report.figures(found), formats)
     store.conclude()
 

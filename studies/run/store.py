@@ -26,9 +26,9 @@ import pyarrow.parquet as pq
 
 from flexsim.errors import RunError
 from flexsim.files.atomic import replacing, write_bytes, write_text
-from flexsim.files.reading import MIB, read_text
+from flexsim.files.reading import read_text
 from flexsim.files.scratch import sweep
-from studies.core.folder import CONFIG, run_folder, versions, write_config
+from studies.core.folder import CONFIG, CONFIG_MOST, run_folder, versions, write_config
 from studies.core.locking import locked
 from studies.core.marker import MARKER, is_unfinished, sign
 from studies.core.version import sources
@@ -44,7 +44,6 @@ TRACES = "traces"
 SUMMARY = "summary.csv"
 GROUP = 1 << 16  # rows of a row group
 HASHED = 16  # characters of a hash in a name
-CONFIG_MOST = 16 * MIB
 Span = tuple[int, int]
 
 
@@ -80,7 +79,8 @@ class Store:
             for name, text in workshop.resolved.inputs.items():
                 (new / name).parent.mkdir(exist_ok=True)
                 write_text(new / name, text, "the study's file")
-            write_config(new, config, identity=identity())
+            asked = workshop.study.title
+            write_config(new, config, identity=identity(), question=asked)
             (new / BATCHES).mkdir()
         with locked(out):
             yield cls(out, workshop)

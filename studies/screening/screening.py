@@ -184,4 +184,11 @@ def run(config: ScreeningConfig, progress: Progress | None = None) -> report.Scr
     )
 
 
-command = Study(run, report.tables, report.verdict, report.figures, report.facts)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    report.facts,
+    question="What does screening by stability save the genetic algorithm?",
+)

@@ -228,4 +228,11 @@ def draws_row(
     )
 
 
-command = Study(run, report.tables, report.verdict, report.figures, report.facts)
+command = Study(
+    run,
+    report.tables,
+    report.verdict,
+    report.figures,
+    report.facts,
+    question="Which gains hold near rest, and by what margin?",
+)

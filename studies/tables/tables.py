@@ -289,4 +289,12 @@ def run(config: TablesConfig, progress: Progress | None = None) -> TablesResult:
     return TablesResult(list(rows), [each.row for each in found], deterioration, mjcf)
 
 
-command = Study(run, tables, verdict, figures, facts, files)
+command = Study(
+    run,
+    tables,
+    verdict,
+    figures,
+    facts,
+    files,
+    question="What becomes of a controller away from the path and plant it was tuned on?",
+)

@@ -33,6 +33,7 @@ from studies.tuning.kept import (
     HEADER,
     RESULT,
     configuration,
+    described,
     draws_from,
     generations,
     rows,
@@ -140,7 +141,8 @@ def start(
     require_startable(out, force)
     with run_folder(out, force, (*CONCLUDED, *drawings())) as folder:
         more = {"distribution": draws.table(), "units": UNITS, "simulated": list(simulated)}
-        write_config(folder, tuning, versions=_versions(), **more)
+        asked = f"How good can the controllers be made: {described(tuning)}?"
+        write_config(folder, tuning, versions=_versions(), question=asked, **more)
         for name, text in texts.items():
             (folder / name).write_text(text)
         (folder / GENERATIONS).write_bytes(HEADER)

@@ -105,6 +105,7 @@ def result_of(search: Search, scenarios: int, rated: Mapping[str, float] = {}) -
         "simulations": search.evaluations * scenarios,
         "stable_share": search.stable_share,
         "ended": search.ended,
+        "answer": summary(search, rated),
     }
 
 

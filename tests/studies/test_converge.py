@@ -269,7 +269,8 @@ def converge(quick: Callable[[str], QuickRun]) -> QuickRun:
 
 def test_a_quick_run(converge: QuickRun) -> None:
     content: dict[str, Any] = converge.content
-    assert converge.files == {"config.json", "figures", "ladders.csv", "rows.csv", "rungs.csv"}
+    tables = {"ladders.csv", "rows.csv", "rungs.csv"}
+    assert converge.files == {"config.json", "tables.json", "figures"} | tables
     assert converge.figures == {"sizes.png", "steps.png"}
     assert converge.faults() == []
     assert content["cases"] == ["line"] and len(content["rows"]) == len(content["rungs"])

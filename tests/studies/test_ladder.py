@@ -65,7 +65,7 @@ def test_rows_are_the_rungs(ladder: QuickRun, content: dict[str, Any]) -> None:
         assert row["runs"] == 2 and row["envelope"] > 0 == row["diverged_share"]
         assert row["envelope_low"] is None  # of two runs there is no interval
     assert row_of(content, "rigid")["clamped_hz"] == [None] * 3
-    assert ladder.files == {"config.json", "figures", "integrators.csv", "rows.csv"}
+    assert ladder.files == {"config.json", "tables.json", "figures", "integrators.csv", "rows.csv"}
     assert ladder.figures == {"cost_accuracy.png", "integrators.png"}
     assert ladder.faults() == []
 

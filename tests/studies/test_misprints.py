@@ -158,7 +158,7 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     rows = run.content["rows"]
     assert [row["misprint"] for row in rows] == [*VARIANTS, RANGES, ENTRIES]
     assert [row["missing_F"] for row in rows] == [*[0] * len(VARIANTS), 0, 1]
-    assert run.files == {"config.json", "details.csv", "figures", "results.csv"}
+    assert run.files == {"config.json", "tables.json", "details.csv", "figures", "results.csv"}
     assert run.figures == {"energy.png", "tip.png"}
     assert run.faults() == []
     cases = {(row["misprint"], row["case"]) for row in run.table("details.csv")}

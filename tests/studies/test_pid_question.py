@@ -50,7 +50,7 @@ def test_textbook_and_log_uniform_draws_are_stable_where_the_papers_are_not(
             ends = share_interval(round(row[name] * count), count)
             assert (row[f"{name}_low"], row[f"{name}_high"]) == ends
         assert row["best_index_low"] is None  # of two searches there is no interval
-    assert run.files == {"config.json", "figures", "results.csv", "searches.csv"}
+    assert run.files == {"config.json", "tables.json", "figures", "results.csv", "searches.csv"}
     assert len(run.table("searches.csv")) == len(rows) * 2
     assert main(["pid-question", "--quick", "--out", str(run.folder)]) == 2
 

@@ -163,6 +163,7 @@ def test_the_command_writes_its_folder(quick: Callable[[str], QuickRun]) -> None
     assert run.faults() == []
     assert run.files == {
         "config.json",
+        "tables.json",
         "figures",
         "results.csv",
         "chaos.csv",

@@ -234,7 +234,8 @@ def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun
     names = ("exact", "assumed-modes", "chain")
     assert run.figures == {f"stable_{name}.png" for name in names}
     assert run.faults() == []
-    assert run.files == {"config.json", "figures", "results.csv", "screens.csv", "zeros.csv"}
+    tables = {"results.csv", "screens.csv", "zeros.csv"}
+    assert run.files == {"config.json", "tables.json", "figures"} | tables
     screens = run.content["screens"]
     assert [each["draws"] for each in screens] == [20, 20]
     for each in screens:

@@ -109,7 +109,8 @@ def test_quick_run(quick: Callable[[str], QuickRun]) -> None:
     assert {row["evaluations"] for row in rows} == {96}
     assert len(rows) == 6
     assert all(row["found"] == 2 for row in rows if row["structure"] != "fractional")
-    assert found.files == {"config.json", "figures", "results.csv", "winners.csv", "searches.csv"}
+    tables = {"results.csv", "winners.csv", "searches.csv"}
+    assert found.files == {"config.json", "tables.json", "figures"} | tables
     assert len(found.table("searches.csv")) == 12
     assert found.faults() == []
     ignored = [row for row in winners if row["v"] == "ignored" and row["plant"] != "closed-chain"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -46,6 +47,7 @@ STUDY: Study[Options, list[Row]] = Study(
     lambda rows: [Table(rows, (Column("x", form="g"),), key="rows", file="rows.csv")],
     lambda rows: f"x is {rows[0].x:g}.",
     facts=lambda rows: {"count": len(rows)},
+    question="What is x?",
 )
 
 
@@ -63,6 +65,9 @@ def test_a_study_writes_and_tells_the_same(
     about = json.loads((config.out / "config.json").read_text())
     assert about["configuration"]["perturbations"] == 5
     assert about["ran"]["perturbations"] == 2 and about["count"] == 1
+    assert (about["question"], about["answer"]) == ("What is x?", "x is 2.")
+    (table,) = json.loads((config.out / "tables.json").read_text())["tables"]
+    assert table["lines"] == [["2"]] and table["columns"][0]["number"]
     STUDY(dataclasses.replace(config, json=False, force=True))
     assert capsys.readouterr().out.splitlines()[-2:] == ["x is 2.", f"{config.out}: rows.csv"]
 
@@ -122,6 +127,12 @@ def test_every_study_has_the_shared_options(
     text = capsys.readouterr().out
     assert all(option in text for option in SHARED)
     assert "Folder of the run, made anew." in " ".join(text.split())
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_every_study_has_a_question(command: str) -> None:
+    study = importlib.import_module(f"studies.{COMMANDS[command][0]}").command
+    assert isinstance(study, Study) and study.question.endswith("?")
 
 
 def test_studies_are_those_with_a_quick_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -150,3 +150,15 @@ def test_markdown_escapes_what_would_be_a_cell() -> None:
         "| case | length \\[mm\\] |\n| --- | ---: |\n"
         "| line | 12.3 \\| 500.0 |\n| circle | 2.0 \\| - |\n"
     )
+
+
+def test_declared_lines_say_what_sections_say_once() -> None:
+    section = (Column("case"), Column("words", form=lambda _: ""), Column("k1", form=".1f"))
+    columns = (Column("plant"), LENGTH, Column("note", form=lambda _: ""))
+    table = Table(ROWS[:2], columns, "Title", " note\n", file="rows.csv", section=section)
+    found = table.declared()
+    assert (found["title"], found["note"], found["file"]) == ("Title", "note", "rows.csv")
+    assert [each["heading"] for each in found["columns"]] == ["case", "plant", "length", "note"]
+    assert [each["number"] for each in found["columns"]] == [False, False, True, True]
+    assert found["columns"][2]["unit"] == "mm"
+    assert found["lines"] == [["line", "modes", "12.3", "0.3"], ["line", "chain", "500.0", "0.3"]]

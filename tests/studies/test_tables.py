@@ -112,7 +112,7 @@ def test_ratios_have_the_interval_of_their_pairs(monkeypatch: pytest.MonkeyPatch
 def test_run_explains_itself(shown: QuickRun) -> None:
     assert shown.content["run"] == str(shown.folder)
     names = {"config.json", "results.csv", "controllers.csv", "ratios.csv", "chain.xml", "figures"}
-    assert shown.files == names
+    assert shown.files == names | {"tables.json"}
     assert len(shown.table("results.csv")) == 54
     for name in ("envelopes.png", "transfer.png"):
         assert (shown.folder / "figures" / name).stat().st_size > 20_000

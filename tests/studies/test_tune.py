@@ -216,6 +216,8 @@ def test_the_run_explains_itself(finished):
     assert OUTPUTS <= set(digest(finished))
     assert (finished / "figures" / "convergence.png").stat().st_size > 10_000
     config = json.loads((finished / "config.json").read_text())
+    assert config["question"].startswith("How good can the controllers be made: ")
+    assert json.loads((finished / "result.json").read_text())["answer"].startswith("best index ")
     assert config["configuration"]["seed"] == 5
     assert config["distribution"]["k1"] == {"normal": [10000.0, 2000.0]}
     assert set(config["units"]) >= {"index", "diverged_at"}

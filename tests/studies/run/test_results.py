@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ from studies.spec.draws import Draws
 from studies.spec.parts import NumbersPart, SweepPart
 
 STUDY = """
+title = "Is it so?"
 repeats = 4
 batch = 50
 plants = ["assumed-modes", "closed-chain"]
@@ -175,6 +177,14 @@ def test_a_run_says_how_to_repeat_it(folder: Path, tmp_path: Path) -> None:
     assert main(["run", str(folder / "study.toml"), "--out", str(tmp_path / "r")]) == 0
     again = (tmp_path / "r" / "results.parquet").read_bytes()
     assert again == (folder / "results.parquet").read_bytes()
+
+
+def test_a_run_keeps_its_question_its_answer_and_its_tables(folder: Path) -> None:
+    config = json.loads((folder / "config.json").read_text())
+    assert config["question"] == "Is it so?"
+    assert re.match(r"[\d,]+ runs, \d+ diverged", config["answer"])
+    (table,) = json.loads((folder / "tables.json").read_text())["tables"]
+    assert table["columns"][0]["heading"] == "case" and len(table["lines"]) > 1
 
 
 def test_json_says_four_things(

@@ -1,0 +1,1 @@
+"""Runs as one file to read: tables, zoomable figures, differences, how to reproduce."""
