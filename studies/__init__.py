@@ -16,6 +16,6 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "tools"),
+    *("misprints", "tables", "pid_question", "realisations", "screening", "watch", "play", "tools"),
     *("commands", "main"),
 )

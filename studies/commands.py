@@ -111,6 +111,11 @@ COMMANDS = {  # name: (module, class of its configuration, what it does)
         "WatchConfig",
         "follow an MJCF file: modes and cross-check at every save",
     ),
+    "play": (
+        "play.play",
+        "PlayConfig",
+        "play with the closed loop, live, in MuJoCo's viewer: push, load, retune",
+    ),
     "ladder": (
         "ladder.ladder",
         "LadderConfig",

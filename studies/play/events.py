@@ -171,8 +171,8 @@ def push_events(given: Sequence[float], period: float) -> list[Event]:
     late = PERIODS_MOST * period
     if not (0 <= start <= late and 0 < duration <= late and max(abs(fx), abs(fy)) <= FORCE_MOST):
         raise ParameterError(
-            f"--push is {' '.join(f'{each:g}' for each in given)}; give a time from 0, forces up to "
-            f"{FORCE_MOST:g} N and a duration above 0"
+            f"--push is {' '.join(f'{each:g}' for each in given)}; give a time from 0, forces "
+            f"up to {FORCE_MOST:g} N and a duration above 0"
         )
     first, periods = round(start / period), max(1, round(duration / period))
     return [Shove(first, (float(fx), float(fy))), Shove(first + periods, (0.0, 0.0))]

@@ -5,8 +5,8 @@
     >>> live.turn("gain", 1.2)
     >>> live.shove((0.0, 1.0))                # [N], until live.shove((0.0, 0.0))
 
-Untouched, both move as `flexsim.loop.runs.closed_loop` has them, to the bit, however the periods are
-parted. What is done to them is kept in `done`, and doing it again gives the same motion.
+Untouched, both move as `flexsim.loop.runs.closed_loop` has them, to the bit, however the periods
+are parted. What is done to them is kept in `done`, and doing it again gives the same motion.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class Stage:
     Attributes:
         modes, mujoco: the plants. setting: friction and hardware. controller: at its own gains.
         reference: sampled at the controller's period. repeat: whether it comes again and again,
-            from the start if its path is closed, else back the way it came; or is held at its end.
-        uniform: whether the robot is a uniform beam by its numbers, of which there is an exact loop.
+            from the start if its path is closed, else back the way it came; or it is held.
+        uniform: whether the robot is a uniform beam, of which there is an exact linear loop.
     """
 
     modes: AssumedModesPlant
@@ -148,6 +148,17 @@ class Live:
             if value != getattr(self.stage.knobs, item.name):
                 self.done.append(Turn(0, item.name, value))
 
+    def warm_up(self) -> None:
+        """Have everything compiled that a run needs, a push included; nothing has happened then."""
+        script, self.script = self.script, []
+        self.shove((1e-9, 0.0))
+        self._run(1)
+        self.shove((0.0, 0.0))
+        for arm in self.arms:
+            arm.retuned(self._made.controllers)
+        self.script = script
+        self.restart()
+
     def advance(self, count: int) -> None:
         """Go on by whole control periods, doing on the way what the script has for them."""
         end = self.period + count
@@ -225,7 +236,8 @@ class Live:
         """Push both arms at a point from the next period on, in place of any push before.
 
         Args:
-            force: (fx, fy) [N]. torque: about z [N m]. point: None for the tip. None of both ends it.
+            force: (fx, fy) [N]. torque: about z [N m]; none of both ends it.
+            point: None for the tip.
 
         Raises:
             ParameterError: a point that is not on the arm.

@@ -4,9 +4,9 @@
     >>> watcher = Watcher(); watcher.ask(question); watcher.answer
 
 The exact linear loop near rest, as `flexsim.linear.exact_loop` has it, but with MODES modes of the
-beam: growth of our controllers as with twelve to 1e-6 1/s, margins to some thousandths, in a third
-of the time. Margins are first crossings on a grid, refined: what grows for less than a step of it is
-not seen; `flexsim stability` looks closer. Of a robot that is a file, its own chain under exact hold.
+beam: growth of our controllers as with twelve to 1e-6 1/s, margins to some thousandths, in less
+time. Margins are first crossings on a grid, refined: what grows for less than a step of it is not
+seen; `flexsim stability` looks closer. Of a robot that is a file, its own chain under exact hold.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 
 MODES = 5
-FACTORS = np.geomspace(1.0, 10.0, 21)[1:]  # of gains; a margin beyond is inf, or 0 below
+FACTORS = np.geomspace(1.0, 20.0, 28)[1:]  # of gains; a margin beyond is inf, or 0 below
 DELAYS = np.arange(1, 25) / 8  # periods; a margin beyond is inf
 FINER = 6  # halvings of such a step
 
