@@ -25,7 +25,8 @@ GHOST_TRAIL = (0.90, 0.62, 0.0, 0.9)
 TRAIL = (0.0, 0.45, 0.70, 0.9)  # their blue, as MuJoCo's beam
 PATH = (0.0, 0.62, 0.45, 0.9)  # their green
 CARRIED = (0.80, 0.47, 0.65, 1.0)  # their purple
-PATH_PARTS, TRAIL_PARTS, BEAM_PARTS = 150, 150, 20
+PATH_PARTS, TRAIL_PARTS, BEAM_PARTS = 120, 100, 20
+TRAIL_STRIDE = 10  # periods
 LINK_RADIUS, BEAM_RADIUS, HUB_RADIUS = 0.013, 0.006, 0.03  # [m]
 LINE = 3.0  # [pixels]
 DENSITY = 7850.0  # [kg/m3] of a payload, of steel
@@ -54,6 +55,7 @@ class Trails:
         """Take the path (K, 2) [m]."""
         stride = max(1, len(path) // PATH_PARTS)
         self.path = np.vstack([path[::stride], path[-1:]])
+        self.drawn = 0  # geoms of it that a scene has
         self.clear()
 
     def clear(self) -> None:
@@ -63,22 +65,24 @@ class Trails:
             deque(maxlen=TRAIL_PARTS),
         )
 
-    def add(self, tips: Sequence[Array]) -> None:
-        """Take where both tips are (2,) [m]."""
-        for trail, tip in zip(self.tips, tips, strict=True):
-            if np.isfinite(tip).all():
-                trail.append(tip)
+    def add(self, first: int, tips: Sequence[Array]) -> None:
+        """Take where both tips were (K, 2) [m] from a period on."""
+        for trail, places in zip(self.tips, tips, strict=True):
+            trail.extend(places[-first % TRAIL_STRIDE :: TRAIL_STRIDE])
 
 
 def draw(scene: mujoco.MjvScene, live: Live, trails: Trails, height: float) -> None:
-    """Draw the ghost, path, trails and payloads into a scene, in place of what was in it.
+    """Draw the ghost, trails and payloads into a scene, in place of what was in it but the path.
 
     Args:
         height: of the arm's plane [m].
     """
-    scene.ngeom = 0
+    if not trails.drawn:
+        scene.ngeom = 0
+        _strip(scene, trails.path, height, PATH)
+        trails.drawn = int(scene.ngeom)
+    scene.ngeom = trails.drawn
     modes, chain = (arm.body.plant.observe(arm.state[None], energy=False) for arm in live.arms)
-    trails.add((modes.tip[0], chain.tip[0]))
     elbow = live.stage.modes.parameters.L_R * np.array(
         [np.cos(modes.joint[0, 0]), np.sin(modes.joint[0, 0])]
     )
@@ -88,7 +92,6 @@ def draw(scene: mujoco.MjvScene, live: Live, trails: Trails, height: float) -> N
     _strip(scene, np.vstack([np.zeros(2), elbow]), height, GHOST, LINK_RADIUS)
     _ball(scene, elbow, height, GHOST, HUB_RADIUS)
     _strip(scene, beam, height, GHOST, BEAM_RADIUS)
-    _strip(scene, trails.path, height, PATH)
     for trail, colour in zip(trails.tips, (GHOST_TRAIL, TRAIL), strict=True):
         _strip(scene, np.array(trail).reshape(-1, 2), height, colour)
     if live.knobs.payload:

@@ -36,6 +36,7 @@ from studies.play.pushes import Point, body_of, tip_point
 from studies.play.reserves import Question, with_load
 from studies.tuning.found import AnyController, period_of, v_gain_of
 
+TIPS_KEPT = 200  # parts of a frame
 CLOSED = 1e-9  # [m] between a path's ends, if it is closed
 POSE = 0.1  # [rad] to which theta2 is rounded for margins: they change little over it
 
@@ -88,7 +89,8 @@ class Live:
     Attributes:
         stage: what is played. period: the next to be run. knobs: where they stand.
         arms: of the assumed modes, and of MuJoCo. done: events so far. script: events to come.
-        shoved: the push that is on, or None. tally: errors so far.
+        shoved: the push that is on, or None. tally: errors so far. tips: of both arms in the last
+            periods, since they were taken [m].
     """
 
     def __init__(self, stage: Stage, script: Sequence[Event] = ()) -> None:
@@ -122,6 +124,7 @@ class Live:
         self.script = list(self._own)
         self.shoved: Shove | None = None
         self.tally = Tally()
+        self.tips: list[tuple[int, Array, Array]] = []
 
     @property
     def time(self) -> float:
@@ -192,6 +195,7 @@ class Live:
             for k in range(self.period, self.period + count)
         ]
         self.tally.add(tips[0], tips[1], stage.reference.tip[rows])
+        self.tips = [*self.tips[-TIPS_KEPT:], (self.period, tips[0], tips[1])]
         self.period += count
 
     def turn(self, knob: str, value: float) -> None:

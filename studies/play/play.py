@@ -9,7 +9,6 @@ The physics is that of every other command, to the bit; the window only looks on
 
 from __future__ import annotations
 
-import contextlib
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -276,6 +275,5 @@ def _played(given: Session, watcher: Watcher) -> tuple[float, float]:
     pace = Pace(live.length, config.speed)
     start = time.perf_counter()
     seconds = None if given.periods is None else live.length * given.periods
-    with contextlib.suppress(KeyboardInterrupt):  # Ctrl-C closes the window
-        play_in_window(live, pace, watcher, given.record, config.payload_step, seconds)
+    play_in_window(live, pace, watcher, given.record, config.payload_step, seconds)
     return time.perf_counter() - start, pace.late

@@ -13,9 +13,9 @@ import numpy as np
 
 from flexsim.errors import ParameterError
 from flexsim.loop.trajectories import Reference
+from flexsim.numerics.types import Array
 from flexsim.recording.case import Case
 from flexsim.recording.rrd import write_recording
-from flexsim.numerics.types import Array
 from studies.core.folder import to_json
 from studies.core.text import plain
 from studies.core.version import version

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import FlexsimError
@@ -38,8 +39,8 @@ from flexsim.plants.base import Plant
 
 MODES = 5
 FACTORS = np.geomspace(1.0, 20.0, 28)[1:]  # of gains; a margin beyond is inf, or 0 below
-DELAYS = np.arange(1, 25) / 8  # periods; a margin beyond is inf
-FINER = 6  # halvings of such a step
+DELAYS = np.arange(1, 13) / 4  # periods; a margin beyond is inf
+FINER = 16  # parts of such a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +91,13 @@ def live_reserves(question: Question) -> Answer:
         hz = float(np.abs(np.angle(loop.poles[0])) / (2 * np.pi * question.period))
         if growth > 0:
             return Answer(growth, hz, 1.0, 1.0, 0.0, question.theta2)
-        high = _first(lambda f: _grows_at(sampled, question.controllers, f), FACTORS)
-        low = 1 / _first(lambda f: _grows_at(sampled, question.controllers, 1 / f), FACTORS)
-        delay = _first(lambda d: _grows_late(sampled, question.controllers, d), DELAYS)
+        c = question.controllers
+        high = _first(lambda f: _grow_at(sampled, c, f), FACTORS, 1.0)
+        low = 1 / _first(lambda f: _grow_at(sampled, c, 1 / f), FACTORS, 1.0)
+        delay = _delay_margin(sampled, c)
     except (FlexsimError, np.linalg.LinAlgError) as error:
         return Answer(why_not=" ".join(str(error).split()))
-    return Answer(growth, hz, low, high, delay * question.period, question.theta2)
+    return Answer(growth, hz, low, high, delay, question.theta2)
 
 
 def _sampled(question: Question) -> SampledPlant:
@@ -117,32 +119,45 @@ def _sampled(question: Question) -> SampledPlant:
     return sampled_plant(question.robot, question.theta2, options)
 
 
-def _first(grows: Callable[[float], bool], grid: Array) -> float:
-    """Return where something first grows along a grid, between its points; inf if nowhere."""
-    below = 2 * grid[0] - grid[1]
-    for value in grid.tolist():
+def _first(grow: Callable[[Array], NDArray[np.bool_]], grid: Array, start: float) -> float:
+    """Return where something first grows from a start along a grid, in parts of its steps.
+
+    inf if nowhere. All of a grid is asked at once: a call costs as much as many matrices.
+    """
+    growing = np.flatnonzero(grow(grid))
+    if not len(growing):
+        return float(np.inf)
+    i = int(growing[0])
+    finer = np.linspace(grid[i - 1] if i else start, grid[i], FINER + 1)[1:]
+    return float(finer[np.argmax(np.append(grow(finer[:-1]), True))])
+
+
+def _grow_at(sampled: SampledPlant, c: Controllers, factors: Array) -> NDArray[np.bool_]:
+    """Return which loops grow with their gains times factors (F,)."""
+    many = Controllers(*(np.repeat(each, len(factors), axis=0) for each in c))
+    many.b[:, :, :, 0] *= factors[:, None, None, None]
+    many.C[:] *= factors[:, None, None]
+    many.D[:] *= factors[:, None, None]
+    return np.asarray(quantised(exact_growth([sampled], many)) > 0)
+
+
+def _delay_margin(sampled: SampledPlant, controllers: Controllers) -> float:
+    """Return the extra delay at which a loop that does not grow does [s]; inf beyond DELAYS."""
+
+    def grows(periods: float) -> bool:
+        extra = periods * sampled.period
+        return bool(quantised(late_growth([sampled], controllers, extra))[0] > 0)
+
+    below = 0.0
+    for value in DELAYS.tolist():
         if grows(value):
             low, high = below, value
-            for _ in range(FINER):
+            while high - low > DELAYS[0] / FINER:
                 middle = (low + high) / 2
                 low, high = (low, middle) if grows(middle) else (middle, high)
-            return float(high)
+            return float(high * sampled.period)
         below = value
     return float(np.inf)
-
-
-def _grows_at(sampled: SampledPlant, c: Controllers, factor: float) -> bool:
-    """Return whether a loop grows with its gains times a factor."""
-    b = c.b.copy()
-    b[:, :, :, 0] *= factor
-    scaled = c._replace(b=b, C=factor * c.C, D=factor * c.D)
-    return bool(quantised(exact_growth([sampled], scaled))[0] > 0)
-
-
-def _grows_late(sampled: SampledPlant, controllers: Controllers, periods: float) -> bool:
-    """Return whether a loop grows with its torques later by some periods."""
-    extra = periods * sampled.period
-    return bool(quantised(late_growth([sampled], controllers, extra))[0] > 0)
 
 
 class Watcher:

@@ -12,10 +12,13 @@ from __future__ import annotations
 
 import contextlib
 import queue
+import signal
+import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import Any
 
 import mujoco
@@ -32,6 +35,7 @@ from studies.play.pushes import Point
 from studies.play.reserves import Answer, Watcher
 
 FRAME = 1 / 60  # [s]
+SWITCHED = 5e-4  # [s] after which Python's threads change, so that margins need not wait
 JOINED = 5.0  # [s] for the viewer's thread to end
 SPRING, FORCE_MOST = 5.0, 5.0  # [N/m] between mouse and point; [N]
 TWIST, TORQUE_MOST = 0.2, 1.0  # [N m/rad]; [N m]
@@ -100,6 +104,32 @@ def _viewer(model: mujoco.MjModel, data: mujoco.MjData, keys: Any) -> Iterator[A
             thread.join(JOINED)
 
 
+@contextlib.contextmanager
+def _interrupt_closes() -> Iterator[threading.Event]:
+    """Have the first Ctrl-C set an event, as a window is closed; threads change often meanwhile."""
+    asked = threading.Event()
+    heard = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(heard):
+        yield asked
+        return
+
+    def once(number: int, frame: FrameType | None) -> None:
+        if asked.is_set():
+            heard(number, frame)
+        asked.set()
+
+    signal.signal(signal.SIGINT, once)
+    wakeup = signal.set_wakeup_fd(-1)  # `studies.core.ending` would end the process
+    often = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCHED)
+    try:
+        yield asked
+    finally:
+        sys.setswitchinterval(often)
+        signal.set_wakeup_fd(wakeup)
+        signal.signal(signal.SIGINT, heard)
+
+
 def play_in_window(
     live: Live,
     pace: Pace,
@@ -122,10 +152,10 @@ def play_in_window(
     data = mujoco.MjData(model)
     keys: queue.SimpleQueue[int] = queue.SimpleQueue()
     table = _Table(live, pace, watcher, record, payload_step, model, data)
-    with _viewer(model, data, keys) as viewer:
+    with _interrupt_closes() as closed, _viewer(model, data, keys) as viewer:
         table.open(viewer)
         pace.reset()
-        while viewer.is_running():
+        while viewer.is_running() and not closed.is_set():
             start = time.monotonic()
             while not keys.empty():
                 table.key(keys.get())
@@ -216,6 +246,9 @@ class _Table:
         self._read_sliders()
         self._read_mouse(viewer)
         self.live.advance(due)
+        for first, *tips in self.live.tips:
+            self.trails.add(first, tips)
+        self.live.tips.clear()
         self._ask()
         with viewer.lock():
             self._show(viewer)
