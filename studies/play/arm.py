@@ -113,6 +113,9 @@ class Arm:
         if done < count:
             self.diverged = first + done
         self._keep(Block(first, self.body.plant, Rows(*(column[:seen] for column in rows))))
+        if self.diverged is not None:
+            last = self._last("state", len(self.state), 1)
+            self._memory.state[:] = last[-1] if len(last) else self._start
         return rows
 
     def _keep(self, block: Block) -> None:

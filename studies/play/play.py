@@ -158,7 +158,7 @@ def session(config: PlayConfig) -> Session:
     modes = robot.modes_plant(chosen, config.modes)
     mujoco: Any = robot.plant(config.plant or ("rod" if robot.rod else "chain"), chosen)
     ref = reference(shape, modes.parameters, period_of(controller))
-    uniform = robot.given is None and not robot.modal_damping
+    uniform = robot.file is None and not robot.modal_damping
     stage = Stage(modes, mujoco, chosen, controller, ref, config.repeat, uniform)
     facts = {
         "controller": label_of(controller),

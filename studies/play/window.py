@@ -256,8 +256,11 @@ class _Table:
         viewer.sync()
 
     def _read_sliders(self) -> None:
+        cleared = not self.data.ctrl.any()  # by the button over the sliders: as at the start
         for i, name in enumerate(KNOBS):
-            if self.data.ctrl[i] != self.sliders[i]:
+            if cleared:
+                self._turn(name, getattr(self.live.stage.knobs, name))
+            elif self.data.ctrl[i] != self.sliders[i]:
                 digits = 0 if name in (LAW, "delay") else SLIDER_DIGITS
                 knob = KNOBS[name]
                 value = round(float(self.data.ctrl[i]), digits)
