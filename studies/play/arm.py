@@ -97,7 +97,6 @@ class Arm:
             return rows
         loop = self.loop
         done, seen = run_periods(
-            self.body.step,
             self.body.coefficients,
             self.friction.numbers(),
             self.hardware.numbers(loop.period, loop.substeps),

@@ -30,7 +30,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from flexsim.plants.rod_plant import RodPlant
 from flexsim.plants.stepped import stepped
 from studies.play.laden import carried_over, laden
-from studies.play.periods import Push, plain_step, pushed_step
+from studies.play.periods import Push
 from studies.play.pushes import Point, body_of, place_of, push_on_modes
 
 
@@ -38,10 +38,9 @@ class ModesBody:
     """The assumed-modes arm.
 
     Attributes:
-        plant: as it is now. coefficients: for compiled code. step: what takes a physics step.
+        plant: as it is now. coefficients: for compiled code.
     """
 
-    step = staticmethod(pushed_step)
     every_period = False  # whether a push must be set anew for each period
 
     def __init__(self, plant: AssumedModesPlant, model: mujoco.MjModel) -> None:
@@ -72,7 +71,6 @@ class ModesBody:
 class MujocoBody:
     """MuJoCo's arm, a chain or a rod; attributes as of `ModesBody`."""
 
-    step = staticmethod(plain_step)
     every_period = True
 
     def __init__(self, plant: ChainPlant | RodPlant) -> None:

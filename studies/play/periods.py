@@ -1,7 +1,7 @@
 """The closed loop of one arm by whole control periods, its memory carried from call to call.
 
-    >>> done, rows = run_periods(plain_step, plant, friction, hardware, loop, controllers, memory,
-    ...                          push, first=0, count=16, again=HOLD, rows=rows)
+    >>> done, seen = run_periods(plant, friction, hardware, loop, controllers, memory, push,
+    ...                          first=0, count=16, again=HOLD, rows=rows)
 
 The same compiled functions in the same order as `flexsim.loop.compiled_loop.run_one`, so a motion
 in pieces is the batch's to the bit; a test holds that. What is more: a force on the arm, and a
@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, has_left, tip_of
 from flexsim.loop.control.compiled import Controllers, control_sample
@@ -189,9 +190,24 @@ def pushed_step(  # type: ignore[no-untyped-def]
         rk4_step(pushed_acceleration, (plant, push), plant.step, state, tau_1, tau_2, work)
 
 
+def step_under(
+    plant: Any, state: Array, tau_1: float, tau_2: float, work: Array, push: Push
+) -> None:
+    """Advance a plant's state by one physics step, torques held, under a push."""
+    step = pushed_step if isinstance(plant, AssumedModes) else plain_step
+    step(plant, state, tau_1, tau_2, work, push)
+
+
+@overload(step_under, jit_options={"forceinline": True})
+def _step_under(plant, state, tau_1, tau_2, work, push):  # type: ignore[no-untyped-def]
+    step = pushed_step if plant.instance_class is AssumedModes else plain_step
+    return lambda plant, state, tau_1, tau_2, work, push: step(
+        plant, state, tau_1, tau_2, work, push
+    )
+
+
 @jit
 def run_periods(  # type: ignore[no-untyped-def]
-    step: Any,
     plant: Any,
     friction: FrictionNumbers,
     h: HardwareNumbers,
@@ -207,8 +223,7 @@ def run_periods(  # type: ignore[no-untyped-def]
     """Return how many periods were done, and how many rows written: fewer than asked diverged.
 
     Args:
-        step: `plain_step` or `pushed_step`. first: number of the first period.
-        count: how many. again: see `row_of`. rows: filled.
+        first: number of the first period; count: how many. again: see `row_of`. rows: filled.
     """
     state, m = memory.state, memory.state.shape[0] // 2
     x1, x2 = memory.motors[0], memory.motors[1]
@@ -237,7 +252,7 @@ def run_periods(  # type: ignore[no-untyped-def]
             tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return i, i + 1
-            step(plant, state, tau_1, tau_2, memory.work, push)
+            step_under(plant, state, tau_1, tau_2, memory.work, push)
         memory.motors[0], memory.motors[1] = x1, x2
     return count, count
 

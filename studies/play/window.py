@@ -105,7 +105,7 @@ def _viewer(model: mujoco.MjModel, data: mujoco.MjData, keys: Any) -> Iterator[A
 
 
 @contextlib.contextmanager
-def _interrupt_closes() -> Iterator[threading.Event]:
+def interrupt_closes() -> Iterator[threading.Event]:
     """Have the first Ctrl-C set an event, as a window is closed; threads change often meanwhile."""
     asked = threading.Event()
     heard = signal.getsignal(signal.SIGINT)
@@ -152,7 +152,7 @@ def play_in_window(
     data = mujoco.MjData(model)
     keys: queue.SimpleQueue[int] = queue.SimpleQueue()
     table = _Table(live, pace, watcher, record, payload_step, model, data)
-    with _interrupt_closes() as closed, _viewer(model, data, keys) as viewer:
+    with interrupt_closes() as closed, _viewer(model, data, keys) as viewer:
         table.open(viewer)
         pace.reset()
         while viewer.is_running() and not closed.is_set():

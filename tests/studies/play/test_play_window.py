@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 from programs import required
 
+from studies.play.window import interrupt_closes
+
 LAUNCH = "import sys; from studies.main import main; sys.exit(main(sys.argv[1:]))"
 OPENED = 60.0  # [s] for a window, where all is to be compiled first
 SHOWN = 20.0  # [s] for a key to be heard, on a busy machine that draws by software
@@ -159,14 +161,20 @@ def test_it_shows_both_arms_hears_keys_and_is_closed(screen: Screen, tmp_path: P
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["play.json", "play.rrd", "runs"]
 
 
-def test_it_ends_after_its_time_and_by_ctrl_c(screen: Screen, tmp_path: Path) -> None:
+def test_it_ends_after_its_time(screen: Screen, tmp_path: Path) -> None:
     short = started(screen, tmp_path, "--seconds", "0.4")
     out, err = short.communicate(timeout=OPENED + SHOWN)
     assert (short.returncode, err) == (0, "") and json.loads(out)["periods"] == 400
-    long = started(screen, tmp_path, "--repeat", "--speed", "0.5")
-    screen.window()
-    screen.wait_for(BLUE)
-    long.send_signal(signal.SIGINT)
-    out, err = long.communicate(timeout=SHOWN)
-    assert (long.returncode, err) == (0, "") and json.loads(out)["repeat"]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_is_as_closing_the_window(interruptible: None) -> None:
+    """The first only; what was before is back afterwards."""
+    with interrupt_closes() as closed:
+        assert not closed.is_set()
+        signal.raise_signal(signal.SIGINT)
+        assert closed.is_set()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
