@@ -21,7 +21,7 @@ from studies.core.folder import to_json
 from studies.core.text import spelled
 from studies.play.pushes import Point
 
-FORMAT = "flexsim play, events, 1"
+FORMAT = "flexsim-play-events-1"
 EVENTS_MOST = 64 * MIB
 PERIODS_MOST = 10**8  # a day at 1 kHz
 FORCE_MOST = 1e3  # [N], and [N m]

@@ -242,6 +242,10 @@ def report(given: Session, watcher: Watcher, took: float, late: float) -> dict[s
 def command(config: PlayConfig) -> None:
     """Play until the window is closed, or without one for as long as was asked."""
     given = session(config)
+    if not config.headless:
+        from studies.play.window import require_display
+
+        require_display()
     watcher = Watcher()
     try:
         watcher.ask(given.live.question())
@@ -268,12 +272,10 @@ def _played(given: Session, watcher: Watcher) -> tuple[float, float]:
     if config.headless:
         live.warm_up()
         return run_headless(given, watcher), 0.0
-    from studies.play.window import play_in_window, require_display
+    from studies.play.window import play_in_window
 
-    require_display()
     live.warm_up()
     pace = Pace(live.length, config.speed)
-    start = time.perf_counter()
     seconds = None if given.periods is None else live.length * given.periods
-    play_in_window(live, pace, watcher, given.record, config.payload_step, seconds)
-    return time.perf_counter() - start, pace.late
+    took = play_in_window(live, pace, watcher, given.record, config.payload_step, seconds)
+    return took, pace.late

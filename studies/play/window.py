@@ -137,8 +137,8 @@ def play_in_window(
     record: Deed,
     payload_step: float,
     seconds: float | None = None,
-) -> None:
-    """Play until the window is closed, or for so much simulated time [s].
+) -> float:
+    """Play until the window is closed, or for so much simulated time [s]; return the wall time.
 
     Args:
         live, pace, watcher: the loop, its clock, its margins. record: what key V does; says so.
@@ -155,6 +155,7 @@ def play_in_window(
     with interrupt_closes() as closed, _viewer(model, data, keys) as viewer:
         table.open(viewer)
         pace.reset()
+        begun = time.monotonic()
         while viewer.is_running() and not closed.is_set():
             start = time.monotonic()
             while not keys.empty():
@@ -166,6 +167,7 @@ def play_in_window(
             if seconds is not None and live.period >= round(seconds / live.length):
                 break
             time.sleep(max(0.0, FRAME - (time.monotonic() - start)))
+        return time.monotonic() - begun
 
 
 class _Table:

@@ -44,7 +44,7 @@ def test_what_is_recorded_can_be_done_again(
     """From an events file of one's own: the same numbers, and the same file."""
     rrd, events = tmp_path / "first.rrd", tmp_path / "first.json"
     mine = {
-        "format": "flexsim play, events, 1",
+        "format": "flexsim-play-events-1",
         "periods": 400,
         "events": [
             {"period": 50, "knob": "payload", "value": 0.05},
@@ -66,7 +66,7 @@ def test_what_is_recorded_can_be_done_again(
 
 
 def test_a_diverged_arm_is_an_outcome(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    wild = {"format": "flexsim play, events, 1", "periods": 900, "events": []}
+    wild = {"format": "flexsim-play-events-1", "periods": 900, "events": []}
     wild["events"] = [
         {"period": 10, "knob": "gain", "value": 5.0},
         {"period": 10, "knob": "delay", "value": 20},
