@@ -18,6 +18,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "report", "view"),
-    *("watch", "tools", "animate"),
+    *("watch", "play", "tools", "animate"),
     *("commands", "shell", "main"),
 )

@@ -165,6 +165,12 @@ COMMANDS = {  # by name, groups together
         "drive a plant open loop with a recorded torque",
         MODELLING,
     ),
+    "play": Command(
+        "play.play",
+        "PlayConfig",
+        "the closed loop live in MuJoCo's viewer: push it, turn its gains",
+        LOOKING,
+    ),
     "view": Command(
         "view.view",
         "ViewConfig",

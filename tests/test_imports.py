@@ -27,6 +27,7 @@ MUJOCO = {  # the rooms, and where else MuJoCo is at work
     "studies/compare/compare.py": "the type of the model that recordings draw",
     "studies/parity/motion_checks.py": "takes its accelerations apart",
     "studies/ladder/integrators.py": "is about its integrators",
+    "studies/play/": "is played in its viewer",
     "studies/tools/timed_loops.py": "times its bare steps",
 }
 RERUN = ("flexsim/recording/", "studies/watch/")

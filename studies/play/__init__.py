@@ -1,0 +1,1 @@
+"""The closed loop, live: both arms in MuJoCo's viewer, pushed, laden, retuned while they move."""
