@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import rerun as rr
@@ -19,8 +19,15 @@ from rerun.chunk import Chunk, RrdReader
 
 from flexsim.errors import RunError
 from flexsim.recording.layout import OVERVIEW, Beside, layout
-from flexsim.recording.panels import Page, Plan, plans_from
-from flexsim.recording.rerun_file import PLANS, arranged_as, log_text, new_stream, write_rrd
+from flexsim.recording.panels import Page, Plan, plans_from, plans_text
+from flexsim.recording.rerun_file import (
+    PLANS,
+    arranged_as,
+    log_properties,
+    log_text,
+    new_stream,
+    write_rrd,
+)
 
 PROPERTIES = "/__properties"
 
@@ -123,6 +130,7 @@ def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
 
     def log(stream: rr.RecordingStream) -> None:
         stream.send_recording_name(" | ".join(part.title for part in parts))
+        log_properties(stream, PLANS, {"json": plans_text(_all_plans(every))})
         for part, chunks in found:
             if chunks:
                 rr.send_chunks(list(_moved(chunks, part.root)), recording=stream)
@@ -133,6 +141,11 @@ def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
     identity = uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
     stream = new_stream(arranged_as(repr((every, shown))), identity)
     write_rrd(path, stream, layout(every, shown=shown), log)
+
+
+def _all_plans(every: Sequence[Beside]) -> list[Plan]:
+    """Return the plans of all recordings as of one, named by the paths of their cases."""
+    return [replace(plan, name=of.path(plan.name)[1:]) for of in every for plan in of.plans]
 
 
 def tabs_of(plans: Sequence[Plan]) -> list[str]:

@@ -20,7 +20,7 @@ import pytest
 import rerun_cli
 from PIL import Image
 from programs import missing
-from recorded_cases import made_up_cases
+from recorded_cases import CHAIN_MJCF, made_up_cases
 from rerun.experimental import ViewerClient
 
 from flexsim import Parameters
@@ -35,11 +35,14 @@ from flexsim.recording.joined import Part, write_joined
 from flexsim.recording.panels import Plan
 from flexsim.recording.rrd import plan_of, write_recording
 from flexsim.recording.scene import HOLLOW
-from flexsim.recording.tuning.convergence import write_convergence
+from flexsim.recording.tuning.convergence import BEST, MEDIAN, Course, write_convergence
+from flexsim.recording.tuning.live import LiveTuning
+from studies.watch.recording import RecordingFile
+from studies.watch.save import answered
 
 VIEWER = Path(rerun_cli.__file__).parent / "rerun"
 RENDERERS = ("/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d")
-PATIENCE = 15.0  # [s] for a viewer on a busy machine
+PATIENCE = 60.0  # [s] for a viewer on a busy machine
 NOW = 1.2  # [s] at which is looked
 PIXEL = 1.0  # by which what is drawn may be off, beside half a line's width
 CLOSE = 60  # of a colour, summed over its channels
@@ -56,11 +59,16 @@ class Screen:
         """Open files and wait until all is there and drawn."""
         self.client.close("all")
         self.client.open([str(path) for path in paths])
+        self.settle()
+
+    def settle(self, recordings: int = 1) -> None:
+        """Wait until so many recordings are there and drawn, and stop at NOW."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             state = self.client.get_state()
             wrong = [view.reports for view in state.views if view.visible and view.reports]
-            if state.recordings and state.views and not state.loading and not wrong:
+            ready = len(state.recordings) >= recordings and state.views and not state.loading
+            if ready and not wrong:
                 break
             time.sleep(0.05)
         else:
@@ -260,6 +268,42 @@ def test_a_tuning_has_ticks_and_curves(screen: Screen, tmp_path: Path) -> None:
     for name, image in seen.items():
         require_ticks(name, image)
         assert of_colour(image, (86, 180, 233)).any() or "share" in name
+
+
+def test_a_tuning_while_it_runs(screen: Screen, case: Case) -> None:
+    """Its course, and the best individual's motion; a better one is a recording of its own."""
+    screen.client.close("all")
+    alone = replace(case, motions={"assumed-modes": case.motions["assumed-modes"]})
+    live = LiveTuning(screen.client.url, "index (5)", 4, Parameters())
+    best = np.array([3e-3, 2e-3])
+    for count in (1, 2):
+        course = Course("index (5)", best[:count], 2 * best[:count], np.ones(count))
+        live.show(course, alone)
+    screen.settle(recordings=2)
+    seen = screen.views("2D", "TimeSeries")
+    plots = {name: image for name, image in seen.items() if name.startswith("tip ")}
+    assert len(plots) == 2
+    for name, image in plots.items():
+        require_ticks(name, image)
+        assert of_colour(image, COLOURS["assumed-modes"]).any()
+    chart = next(image for name, image in seen.items() if name.startswith("index (5), log10"))
+    assert of_colour(chart, BEST).any() and of_colour(chart, MEDIAN).any()
+    (map_,) = (image for name, image in seen.items() if name.startswith("the best individual"))
+    assert of_colour(map_, COLOURS["assumed-modes"]).sum() > 50
+
+
+def test_a_watched_file(screen: Screen, tmp_path: Path) -> None:
+    save = answered(CHAIN_MJCF)
+    RecordingFile(tmp_path / "watch.rrd").show([save])
+    screen.show(tmp_path / "watch.rrd")
+    seen = screen.views("2D", "TimeSeries")
+    plots = {name: image for name, image in seen.items() if "[" in name and "save" not in name}
+    assert len(plots) >= 4
+    for name, image in plots.items():
+        require_ticks(name, image)
+    map_ = next(image for name, image in seen.items() if name.startswith("open loop"))
+    for plant in ("assumed-modes", "chain"):
+        assert of_colour(map_, COLOURS[plant]).sum() > 50
 
 
 def test_a_plot_without_labels_would_be_noticed(screen: Screen, case: Case, tmp_path: Path) -> None:
