@@ -10,7 +10,7 @@ The physics is that of every other command, to the bit; the window only looks on
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,8 @@ class PlayConfig(HardwareOptions, SeedOptions, RobotOptions):
     setting: str = DEFAULT_SETTING
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
     plant: str | None = None
-    """MuJoCo's arm: chain[:N], untuned[:N] or rod; of a rod's file the rod, else the chain."""
+    """MuJoCo's arm: chain[:N], untuned[:N] or rod; of a rod's file the rod, else the chain, unless
+    given."""
     modes: int = MODES
     """Assumed modes of the ghost."""
     speed: float = 1.0
@@ -65,17 +66,19 @@ class PlayConfig(HardwareOptions, SeedOptions, RobotOptions):
     """Begin the trajectory again at its end, or go it back if its ends lie apart; it is held there
     unless given."""
     seconds: float | None = None
-    """End after so much simulated time [s]."""
+    """End after so much simulated time [s]; when the window is closed unless given."""
     headless: bool = False
     """Run without a window, as fast as it goes, and print as JSON what happened."""
     push: tuple[float, ...] = ()
-    """Push both tips: when [s], FX, FY [N], and how long [s], 0.1 unless given."""
+    """Push both tips [s, N, N, s]: when, FX, FY, and how long; 0.1 s, and no push at all, unless
+    given."""
     payload_step: float = 0.05
     """What key P picks up [kg]."""
     record: Path | None = None
-    """Recording to write at the end, and on key V: NAME.rrd, with the events in NAME.json."""
+    """Recording to write at the end, and on key V: NAME.rrd, with the events in NAME.json; on the
+    key only, to runs, unless given."""
     replay: Path | None = None
-    """Do again what a file of events says, of the same loop."""
+    """Do again what a file of events says, of the same loop, instead of waiting for keys."""
     force: bool = False
     """Overwrite the files named by --record."""
     json: bool = False
@@ -125,7 +128,7 @@ def _robot(config: PlayConfig) -> Robot:
         return config.robot_of()
     if config.mjcf is not None:
         raise ParameterError("an MJCF file and --mjcf are given; give one")
-    values = {name: getattr(config, name) for name in config.__dataclass_fields__}
+    values = {item.name: getattr(config, item.name) for item in fields(config)}
     return PlayConfig(**values | {"mjcf": config.file, "file": None}).robot_of()
 
 

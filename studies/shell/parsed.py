@@ -79,6 +79,13 @@ def parsed(command: str) -> Parsed:
     return Parsed(command, purpose, [_option(config, each) for each in actions])
 
 
+def _required(action: argparse.Action) -> bool:
+    """Return whether nothing works without an option; of several words in their place, one."""
+    if action.option_strings:
+        return bool(action.required)
+    return action.nargs == "*" or (bool(action.required) and action.nargs != "?")
+
+
 def _option(config: type, action: argparse.Action) -> Option:
     """Return an option of a configuration's class."""
     metavar = action.metavar if isinstance(action.metavar, str) else ""
@@ -98,7 +105,7 @@ def _option(config: type, action: argparse.Action) -> Option:
         most=_most(action, metavar),
         choices=tuple(str(each) for each in action.choices or () if str(each) != "None"),
         panel=panel_of(config, name),
-        required=action.required and (bool(action.option_strings) or action.nargs != "?"),
+        required=_required(action),
         on=switch and default == "True",
     )
 

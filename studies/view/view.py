@@ -24,16 +24,25 @@ from flexsim.errors import ParameterError, RunError
 from flexsim.files.atomic import require_replaceable
 from studies.core.text import spelled
 
+RUNS_MOST = 8  # beside each other
 RECORDINGS = ("run.rrd", "convergence.rrd")  # that a run folder may hold
 WHAT_WOULD_DO = "give the folder of a run or an .rrd file"
+
+
+Runs = Annotated[
+    tuple[Path, ...],
+    tyro.conf.Positional,
+    tyro.conf.arg(
+        metavar="RUN [RUN ...]", help="Folders of runs, of any study; or .rrd files; up to 8."
+    ),
+]
 
 
 @dataclass(frozen=True)
 class ViewConfig:
     """Open one run in the rerun viewer, or several side by side on one timeline."""
 
-    runs: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Folders of runs, of any study; or .rrd files."""
+    run: Runs
     web: bool = False
     """Show it in a browser on this machine instead of in a window."""
     case: str = ""
@@ -93,7 +102,7 @@ def composed(config: ViewConfig) -> Iterator[Path]:
     with ExitStack() as stack:
         private = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="flexsim-view-")))
         parts, tabs = [], []
-        for i, (run, root) in enumerate(zip(config.runs, _roots(config.runs), strict=True)):
+        for i, (run, root) in enumerate(zip(config.run, _roots(config.run), strict=True)):
             recording = recording_of(run) or _study(run, private / f"{i}.rrd", config)
             if recording is not None:
                 tabs += tabs_of(plans_of(recording, chunks_of(recording)))
@@ -115,7 +124,7 @@ def _study(run: Path, path: Path, config: ViewConfig) -> Path | None:
         return None
     from flexsim.recording.rrd import write_recording
 
-    cases, robot = cases_of(run, config.case if len(config.runs) == 1 else "", config.code)
+    cases, robot = cases_of(run, config.case if len(config.run) == 1 else "", config.code)
     write_recording(path, cases, {"run": str(run)}, robot)
     return path
 
@@ -128,12 +137,14 @@ def command(config: ViewConfig) -> None:
     """
     from flexsim.recording.rerun_file import open_recording
 
-    if not config.runs:
+    if not config.run:
         raise ParameterError(f"no run is named; {WHAT_WOULD_DO}")
-    places = [run.resolve() for run in config.runs]
+    if len(config.run) > RUNS_MOST:
+        raise ParameterError(f"{len(config.run)} runs are named; give {RUNS_MOST} at most")
+    places = [run.resolve() for run in config.run]
     if len(set(places)) < len(places):
         raise ParameterError("the same run is named twice; name each once")
-    recordings = [recording_of(run) for run in config.runs]
+    recordings = [recording_of(run) for run in config.run]
     if config.save is not None:
         _save(config, config.save)
         return

@@ -130,7 +130,8 @@ def test_a_thinned_band_still_covers_all() -> None:
     """Ends of 5 ms together: the least of the least, the largest of the largest."""
     time = 1e-3 * np.arange(103)
     v = np.stack([-np.cos(90 * time) - 2, np.cos(90 * time) + 2])
-    band = Band(2, time, np.zeros((2, 103, 2)), v, v, np.zeros((1, 103, 2)))
+    tips = np.zeros((2, 103, 2))
+    band = Band(2, time, tips, v, v, v, v, tips, np.zeros((1, 103, 2)))
     times, found = of_band(band)
     assert np.array_equal(times, time[::5])
     for i, t in enumerate(times):

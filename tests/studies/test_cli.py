@@ -138,7 +138,7 @@ def test_an_unknown_option_is_named(command: str, capsys: pytest.CaptureFixture[
         ("benchmark --rounds 1.5", "--rounds"),
         ("benchmark --seconds nan", "seconds is nan; give 0.01 to 5"),
         ("modes one.xml two.xml", "two.xml"),
-        ("view", "PATH"),
+        ("view", "no run is named; give the folder of a run or an .rrd file"),
         ("view nothing", "there is no nothing; give the folder of a run or an .rrd file"),
         ("compare --robot.m-b 1", "--robot.m-b"),
         ("compare --robot.rho 0", "rho (linear density of the flexible link) is 0.0"),
@@ -259,7 +259,7 @@ def test_chain_writes_what_can_be_read(tmp_path: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("empty", "holds no run.rrd"), ("table.csv", "no recording"), ("gone.rrd", "there is no")],
+    [("empty", "is no run of flexsim"), ("table.csv", "no recording"), ("gone.rrd", "there is no")],
 )
 def test_view_says_what_it_can_open(
     name: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

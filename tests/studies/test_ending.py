@@ -122,7 +122,7 @@ VIEWS = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from flexsim.recording import rerun_file
-from studies.watch import viewer
+from flexsim.recording import viewer
 nested = "import subprocess; subprocess.run(['sleep', '600'])"
 rerun_file.RERUN_TOOL = viewer.RERUN_TOOL = (sys.executable, "-c", nested)
 viewer.DEFAULT_URL = "rerun+http://127.0.0.1:1/proxy"

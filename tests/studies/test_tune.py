@@ -246,14 +246,12 @@ def test_the_recording_has_a_generation_timeline(finished):
         if "generation" in chunk.timeline_names:
             rows[chunk.entity_path] = chunk.num_rows
     assert set(rows) == {
-        "/index/best",
-        "/index/median",
-        "/log10_index/best",
-        "/log10_index/median",
-        "/stable_share",
+        "/convergence/best",
+        "/convergence/median",
+        "/convergence/stable",
     }
     generations = json.loads((finished / "result.json").read_text())["generations"]
-    assert rows["/stable_share"] == generations
+    assert rows["/convergence/stable"] == generations
 
 
 @contextmanager

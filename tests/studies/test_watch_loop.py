@@ -133,7 +133,7 @@ def test_the_recording_has_errors_poles_and_words(saves: list[Save]) -> None:
         f"/loop/poles/{when}/{plant}" for when in ("now", "before") for plant in plants
     } <= still
     assert {"/loop/words", "/loop/poles/axes"} <= still
-    assert {"/arm/v/before", "/arm/difference/tip"} <= moving  # what it had
+    assert {"/arm/before", "/arm/curves"} <= moving  # what it had
 
 
 def test_the_chart_parts_what_grows_from_what_does_not() -> None:

@@ -121,7 +121,7 @@ def test_a_report_loads_offline_and_fetches_nothing(browser: Any, pages: dict[st
     assert browser.find_element(By.TAG_NAME, "h1").text == report_runs.QUESTION
     assert browser.find_element(By.CLASS_NAME, "answer").text == report_runs.ANSWER
     widths = "return [...document.images].map((image) => image.naturalWidth)"
-    assert browser.execute_script(widths) == [300]
+    assert browser.execute_script(widths) == [900]  # 3 inches at 300 dpi
 
 
 def test_a_click_sorts_by_number_and_a_third_goes_back(

@@ -126,7 +126,9 @@ def test_commands(complete: Callable[[str], set[str]]) -> None:
 
 def test_options(complete: Callable[[str], set[str]]) -> None:
     assert complete("compare --hardware-t") == {"--hardware-torque-limit"}
-    assert complete("view --") == {"--web", "--help"}
+    assert complete("view --") == {
+        *("--web", "--case", "--save", "--force", "--code", "--no-code", "--help"),
+    }
     assert complete("watch my.xml --v") | {"--no-viewer"} == {"--viewer", "--no-viewer"}
     assert complete("compare --robot.pay") == {"--robot.payload", "--robot.payload-inertia"}
     assert "--no-viewer" in complete("watch my.xml --no-")

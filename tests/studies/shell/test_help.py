@@ -18,6 +18,7 @@ from studies.shell.parsed import Option, parsed
 WIDTHS = (80, 100, 140)  # [columns]
 DIMENSIONLESS = {  # numbers without a unit
     *("modal_damping", "torque_gain", "v_gain", "weights", "perturb_spread", "exact_spread"),
+    *("speed",),  # of simulated time over the clock's
     *("order", "gain"),  # of an operator D^order, whose unit is the order's
 }
 WORDS = (
@@ -88,7 +89,7 @@ def test_an_entry_reads_at_a_glance(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--no-force" not in text
     assert main(["view", "run", "--help"]) == 0  # wherever it is asked for
     shown = capsys.readouterr()
-    assert shown.err == "" and shown.out.startswith("usage: flexsim view [OPTIONS] PATH\n")
+    assert shown.err == "" and shown.out.startswith("usage: flexsim view [OPTIONS] RUN [RUN ...]\n")
 
 
 @pytest.mark.parametrize("command", ["view", "completion"])
