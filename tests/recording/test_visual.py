@@ -31,8 +31,8 @@ from flexsim.recording.colours import BACKGROUND, COLOURS, DIFFERENCE, FAINT, di
 from flexsim.recording.curves import columns
 from flexsim.recording.drawn.arms import elbow
 from flexsim.recording.drawn.map import GRID, sheet_of
-from flexsim.recording.joined import Part, write_joined
-from flexsim.recording.panels import Plan
+from flexsim.recording.joined import Content, Part, write_joined
+from flexsim.recording.panels import Page, Plan
 from flexsim.recording.rrd import plan_of, write_recording
 from flexsim.recording.scene import HOLLOW
 from flexsim.recording.tuning.convergence import BEST, MEDIAN, Course, write_convergence
@@ -257,6 +257,31 @@ def test_cases_beside_each_other_and_all_at_once(
     assert all(count > 50 for count in orange)
     for name, image in screen.views("TimeSeries").items():
         require_ticks(name, image)
+
+
+def test_all_cases_are_seen_at_once(screen: Screen, tmp_path: Path) -> None:
+    """The first tab: a map of each, both arms in motion, over one table."""
+    cases = made_up_cases()
+    write_recording(tmp_path / "run.rrd", cases, {}, Parameters())
+    screen.show(tmp_path / "run.rrd")
+    seen = screen.views("2D", "TextDocument")
+    for each in cases:
+        for plant in each.motions:
+            assert of_colour(seen[each.name], COLOURS[plant]).sum() > 30, (each.name, plant)
+    assert (seen["all cases"].min(axis=2) > LABEL).sum() > 500
+
+
+def test_figures_and_tables_are_pages(screen: Screen, tmp_path: Path) -> None:
+    image = io.BytesIO()
+    Image.new("RGB", (60, 40), (213, 94, 0)).save(image, "png")
+    pages = [Content(Page("a figure", "pages/a", image=True), image.getvalue())]
+    write_joined(tmp_path / "pages.rrd", [Part("", "run", None, pages)])
+    screen.show(tmp_path / "pages.rrd")
+    assert of_colour(screen.views("2D")["a figure"], (213, 94, 0)).mean() > 0.2
+    words = [Content(Page("tables", "pages/t"), "| head |\n|---|\n| cell |")]
+    write_joined(tmp_path / "words.rrd", [Part("", "run", None, words)])
+    screen.show(tmp_path / "words.rrd")
+    assert (screen.views("TextDocument")["tables"].min(axis=2) > LABEL).sum() > 20
 
 
 def test_a_tuning_has_ticks_and_curves(screen: Screen, tmp_path: Path) -> None:
