@@ -176,7 +176,10 @@ def test_a_runs_loop_has_its_own_v(tuned_otherwise: Path) -> None:
         np.testing.assert_array_equal(each.motion.v, shown.v)
 
 
-@pytest.mark.parametrize("name", ["mine", "$x$ |*red*] \n '"])
+PLAIN = pytest.param("mine", marks=pytest.mark.slow)  # the other is the harder one
+
+
+@pytest.mark.parametrize("name", [PLAIN, "$x$ |*red*] \n '"])
 def test_a_run_is_compared_by_the_command(
     name: str, tuned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

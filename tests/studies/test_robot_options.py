@@ -39,7 +39,7 @@ def test_a_tuning_keeps_its_robot_and_resumes_with_it(
 @pytest.mark.parametrize(
     "words",
     [
-        ["compare", "--quick", "--out", "run"],
+        ["compare", "--quick", "--out", "run", "--format", "png"],
         ["stability", "--quick", "--map-points", "0", "--zero-draws", "0", "--out", "run"],
         ["modes"],
         ["crosscheck"],
