@@ -23,7 +23,7 @@ from flexsim.numerics.types import Array
 from flexsim.recording.band import Band
 from flexsim.recording.case import Case
 from flexsim.recording.colours import DIFFERENCE, Colour, colour, dimmed, word
-from flexsim.recording.panels import DENSEST, Panel, Series, rounded
+from flexsim.recording.panels import DENSEST, ROOMY, Panel, Series, rounded
 from flexsim.recording.traces import MM, difference, longest, spoken
 
 CURVES, BAND, APART = "curves", "band", "difference"  # two entities; a component
@@ -31,7 +31,6 @@ BROAD, THIN, FINE = 3.4, 1.2, 0.7  # widths of curves [points]: the first plant'
 DIM = 0.62  # brightness of what belongs to a curve: ends of its band, what hardware made of it
 UNCHANGED = 1e-9  # what a chain's v differs by when it is computed in another way, and less
 MODES_SHOWN = 3
-LOW = 5  # labels at most of an axis in a tab that has lanes of states, too
 BAND_STEP = 0.005  # [s] over which the ends of all runs are taken together
 DISTANCES = ("x_mm", "y_mm", "distance_mm")
 DISTANCE_WIDTHS = (0.8, 1.6, 3.0)
@@ -63,7 +62,7 @@ class Quantity:
     also: tuple[tuple[str, str], ...] = ()
 
 
-TRACKING, JOINTS, BEAM = "tracking", "joints", "beam"
+TRACKING, JOINTS, ERRORS, BEAM = "tracking", "joints", "errors", "beam"
 BAND_ENDS = ("least", "largest")
 QUANTITIES = (
     Quantity("tip_error_mm", "tip error [mm]", TRACKING),
@@ -78,7 +77,7 @@ QUANTITIES = (
         for j in (1, 2)
     ),
     *(
-        Quantity(f"error_{j}_mrad", f"error {j}, as the controller sees it [mrad]", JOINTS)
+        Quantity(f"error_{j}_mrad", f"error {j}, as the controller sees it [mrad]", ERRORS)
         for j in (1, 2)
     ),
     *(
@@ -203,9 +202,11 @@ def panel_of(case: Case, tables: Mapping[str, Columns], quantity: Quantity) -> P
     if not series:
         return None
     if any(each.entity == BAND for each in series):
-        words.append("finest: ends of all runs")
+        words.append("finest: all runs")
+    elif any(each.entity == CURVES and each.field != name for each in series):
+        words.append("finest: applied")
     title = " · ".join([quantity.title, *words])
-    densest = LOW if quantity.tab == JOINTS else DENSEST
+    densest = ROOMY if quantity.tab in (JOINTS, ERRORS) else DENSEST
     return Panel(quantity.tab, title, *rounded(_ends(tables, series), densest), tuple(series))
 
 

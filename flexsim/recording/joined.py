@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import hashlib
 import uuid
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import rerun as rr
-from rerun.chunk import Chunk, RrdReader
+from rerun.chunk import Chunk, LazyStore, RrdReader
 
 from flexsim.errors import RunError
 from flexsim.recording.layout import OVERVIEW, Beside, layout
@@ -55,14 +57,33 @@ class Part:
     contents: Sequence[Content] = ()
 
 
+def store_of(path: Path) -> LazyStore:
+    """Return what a recording holds, its blueprint left out, not yet read.
+
+    Raises:
+        RunError: it is no recording, or has no end.
+    """
+    with _refused(path), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of files that are cut off, which are refused
+        return RrdReader(path).store()
+
+
 def chunks_of(path: Path) -> list[Chunk]:
     """Return all that a recording holds, its blueprint left out.
 
     Raises:
         RunError: it is no recording.
     """
+    store = store_of(path)
+    with _refused(path):
+        return list(store.stream().to_chunks())
+
+
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Raise what the reader raises as a RunError of one line."""
     try:
-        return list(RrdReader(path).store().stream().to_chunks())
+        yield
     except (OSError, RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise RunError(f"{path}: cannot read the recording: {reason}") from None
@@ -79,7 +100,8 @@ def plans_of(path: Path, chunks: Sequence[Chunk]) -> tuple[Plan, ...]:
             batch = chunk.to_record_batch()
             name = next((each for each in batch.schema.names if each.endswith("json")), None)
             if name is not None and batch.num_rows:
-                return plans_from(batch.column(name)[0].as_py()[0])
+                with suppress(RunError):
+                    return plans_from(batch.column(name)[0].as_py()[0])
     raise RunError(
         f"{path} does not say what it shows, as recordings of this version do; run its study anew, "
         "or open it alone"

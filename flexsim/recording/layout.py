@@ -27,8 +27,9 @@ from flexsim.recording.rerun_file import fix_ids
 from flexsim.recording.traces import TIMELINE
 
 CAMERA, SOLIDS = "top", "solids"  # of the scene, see `flexsim.recording.scene`
+WORDS, GLASSES = "words", ("about_reference", "about_first")  # of it, too
 GRID_SPACING = 0.1  # [m]
-EYE = np.array([0.04, -0.62, 0.72])  # of the eye from the centre, in spans of the scene
+EYE = np.array([0.03, -0.47, 0.54])  # of the eye from the centre, in spans of the scene
 OVERVIEW = "overview"
 NARROW_PLOTS = 2  # above each other, where recordings stand side by side
 SHARES: dict[type, float] = {rrb.StateTimelineView: 1.3}  # of the height, where plots have 1
@@ -61,22 +62,39 @@ class Beside:
         return f"/{self.root}/{entity}" if self.root else f"/{entity}"
 
 
-def top_view(of: Beside, plan: Plan, title: str = "") -> rrb.Spatial2DView:
-    """Return the map of a case: the scene as its camera sees it; y upwards."""
-    x0, x1, y0, y1 = plan.bounds
+def _without(scene: str, *parts: str) -> list[str]:
+    """Return a query for a scene with some of its parts left out."""
+    return [f"{scene}/**", *(f"- {scene}/{part}/**" for part in parts)]
+
+
+def top_view(of: Beside, plan: Plan, small: bool = False) -> rrb.Spatial2DView:
+    """Return the map of a case: the scene as its camera sees it; y upwards.
+
+    Texts have one size however small the map is: on a small one the title says what they do.
+    """
     scene = of.path(f"{plan.name}/scene")
+    if small:
+        return _map(scene, _without(scene, WORDS), plan.short, plan.bounds)
+    return _map(scene, _without(scene), plan.title, plan.bounds)
+
+
+def _map(
+    scene: str, contents: list[str], title: str, bounds: tuple[float, float, float, float]
+) -> rrb.Spatial2DView:
+    """Return a view of a scene from above."""
+    x0, x1, y0, y1 = bounds
     return rrb.Spatial2DView(
         origin=f"{scene}/{CAMERA}",
-        contents=f"{scene}/**",
-        name=title or plan.title,
+        contents=contents,
+        name=title,
         background=list(BACKGROUND),
         visual_bounds=rrb.VisualBounds2D(x_range=(x0, x1), y_range=(-y1, -y0)),
     )
 
 
 def space_view(of: Beside, plan: Plan) -> rrb.Spatial3DView:
-    """Return the same scene in space, to be turned."""
-    x0, x1, y0, y1 = plan.bounds
+    """Return the same arms and paths in space, to be turned; words and glasses are the map's."""
+    x0, x1, y0, y1 = plan.within
     centre = np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0.0])
     span = math.hypot(x1 - x0, y1 - y0)
     scene = of.path(f"{plan.name}/scene")
@@ -88,7 +106,10 @@ def space_view(of: Beside, plan: Plan) -> rrb.Spatial3DView:
     )
     return rrb.Spatial3DView(
         origin=scene,
-        contents=[f"{scene}/**", f"- {scene}/{CAMERA}/**", f"+ {of.path(plan.name)}/{SOLIDS}/**"],
+        contents=[
+            *_without(scene, CAMERA, WORDS, *GLASSES),
+            f"+ {of.path(plan.name)}/{SOLIDS}/**",
+        ],
         name="in space (drag to turn)",
         background=list(BACKGROUND),
         line_grid=rrb.LineGrid3D(
@@ -172,7 +193,7 @@ def _tab(of: Beside, plan: Plan, narrow: bool = False) -> rrb.Container:
             return rrb.Vertical(plots, texts, row_shares=[7, 3], name=of.title or plan.name)
         return rrb.Horizontal(plots, texts, column_shares=[7, 3], name=plan.name)
     if narrow:
-        views = rrb.Tabs(top_view(of, plan), *_texts(of, plan), space_view(of, plan))
+        views = rrb.Tabs(top_view(of, plan, small=True), *_texts(of, plan), space_view(of, plan))
         parts = (views, _plots(of, plan, narrow))
         return rrb.Vertical(*parts, row_shares=[4, 7], name=of.title or plan.name)
     below = rrb.Tabs(*_texts(of, plan), space_view(of, plan))
@@ -181,8 +202,11 @@ def _tab(of: Beside, plan: Plan, narrow: bool = False) -> rrb.Container:
 
 
 def _overview(of: Beside) -> rrb.Container:
-    """Return the maps of all cases over one table."""
-    maps = [top_view(of, plan, plan.name) for plan in of.plans]
+    """Return the maps of all cases, too small for words and glasses, over one table."""
+    maps = []
+    for plan in of.plans:
+        scene = of.path(f"{plan.name}/scene")
+        maps.append(_map(scene, _without(scene, WORDS, *GLASSES), plan.name, plan.within))
     columns = min(4, math.ceil(math.sqrt(len(maps))))
     text = rrb.TextDocumentView(origin=of.path(OVERVIEW), name="all cases")
     grid = rrb.Grid(*maps, grid_columns=columns)

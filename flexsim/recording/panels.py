@@ -18,8 +18,11 @@ from flexsim.errors import RunError
 from flexsim.recording.colours import Colour
 from flexsim.recording.traces import TIMELINE
 
+NOWHERE = (0.0, 1.0, 0.0, 1.0)  # a map of nothing
 HEADROOM = 0.05  # beside the curves, as a share of what they span
-DENSEST, LABELS = 7, 2  # labels that an axis holds at most, of a fourth of a column; at least
+DENSEST = 5.4  # multiples that curves span at most, for labels on a fourth of 700 pixels
+ROOMY = 6.6  # the same on a third
+LABELS = 2  # that an axis has at least
 CHEAP = 0.08  # of the span, which an axis is extended by to have one more
 SMALLEST = 1e-3  # span of an axis, in its unit
 
@@ -67,7 +70,8 @@ class Plan:
 
     Attributes:
         name: of the case, and of its entities. end: of the longest curve [s].
-        title: of the map. bounds: of the map, x and y from and to [m].
+        title: of the map; short: of a small one. bounds: of the map, x and y from and to [m];
+            within: of its part that has the arms.
         panels: its plots. states: whether it has lanes of states. notes: whether it has a text.
         scene: whether it has a map. texts: titles and entities of texts that several cases share.
         timeline: of its curves.
@@ -77,6 +81,8 @@ class Plan:
     end: float
     title: str
     bounds: tuple[float, float, float, float]
+    within: tuple[float, float, float, float]
+    short: str
     panels: tuple[Panel, ...] = ()
     states: bool = False
     notes: bool = True
@@ -106,14 +112,14 @@ def plans_from(text: str) -> tuple[Plan, ...]:
         raise RunError(f"the recording's plan cannot be read at {where or 'its start'}") from None
 
 
-def rounded(values: Iterable[float], densest: int = DENSEST) -> tuple[float, float]:
+def rounded(values: Iterable[float], densest: float = DENSEST) -> tuple[float, float]:
     """Return ends of an axis beyond the values, with two or more powers of ten's multiples inside.
 
     The viewer labels an axis at multiples of one power of ten, as far as they are not too dense: an
     axis that just holds its curves may have one label, or none.
 
     Args:
-        values: those not finite are left out. densest: labels for which there is room.
+        values: those not finite are left out. densest: multiples for whose labels there is room.
     """
     finite = [float(each) for each in values if math.isfinite(each)] or [0.0]
     low, high = min(finite), max(finite)

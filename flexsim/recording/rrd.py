@@ -24,7 +24,7 @@ from flexsim.recording.case import Case
 from flexsim.recording.curves import Columns, columns, panels, sent
 from flexsim.recording.drawn.arms import FRAME
 from flexsim.recording.drawn.map import Sheet, sheet_of
-from flexsim.recording.drawn.states import STATE_COLOURS, STATES, frames_of, joint_states
+from flexsim.recording.drawn.states import DIVERGED, STATE_COLOURS, STATES, frames_of, joint_states
 from flexsim.recording.layout import OVERVIEW, Beside, layout
 from flexsim.recording.panels import Plan, plans_text
 from flexsim.recording.rerun_file import (
@@ -38,6 +38,8 @@ from flexsim.recording.rerun_file import (
 )
 from flexsim.recording.scene import log_scene, nanoseconds, remarks, time_column
 from flexsim.recording.traces import TIMELINE, longest, spoken
+
+MARKS = ("line", "hollow", "wider", "widest")  # of the plants' arms, as `HOLLOW` draws them
 
 
 def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
@@ -55,15 +57,18 @@ def _identity(cases: Sequence[Case], metadata: Mapping[str, str]) -> uuid.UUID:
 def plan_of(case: Case, sheet: Sheet, tables: Sequence[Columns]) -> Plan:
     """Return what the views of a case show."""
     whole = longest(case.motions)
-    marks = [
-        f"{'line' if not i else 'hollow'}: {spoken(plant)}" for i, plant in enumerate(case.motions)
-    ]
+    marks = [f"{MARKS[min(i, 3)]}: {spoken(plant)}" for i, plant in enumerate(case.motions)]
     title = " · ".join(["from above, grid 0.1 m", *marks, "dashed: reference"])
+    glasses = [each for each in (sheet.about_reference, sheet.about_first) if each is not None]
+    times = " and ".join(f"x {glass.factor:g}" for glass in glasses)
+    short = " · ".join(["grid 0.1 m", *marks, *([f"circles {times}"] if times else [])])
     return Plan(
         case.name,
         float(whole.time[-1]) if whole.time.size else 0.0,
         title,
         sheet.bounds,
+        sheet.within,
+        short,
         panels(case, tables),
         has_states(case),
     )
@@ -91,6 +96,8 @@ def _log_states(stream: rr.RecordingStream, case: Case) -> None:
         every = max(1, round(FRAME / float(motion.time[1] - motion.time[0])))
         for j in (0, 1):
             at, states = frames_of(found[:, j], every)
+            if motion.diverged is not None:  # else the last state would seem to go on
+                at, states = np.append(at, len(found) - 1), np.append(states, DIVERGED)
             path = f"{case.name}/states/joint_{j + 1}/{plant}"
             stream.log(path, style, static=True)
             times = rr.TimeColumn(TIMELINE, duration=nanoseconds(motion.time[at]))

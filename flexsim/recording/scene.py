@@ -39,8 +39,11 @@ from flexsim.recording.panels import one_two_five
 from flexsim.recording.traces import CHAIN, MM, TIMELINE, longest, spoken
 
 Stream = rr.RecordingStream
+Path = tuple[Array, Array]  # times (K,) [s] and points (K, 2) [m]
 
+ABOUT_REFERENCE, ABOUT_FIRST = "about_reference", "about_first"  # glasses, below the scene
 CAMERA = "top"  # below the scene
+WORDS = "words"  # below the scene: all texts of the map, which cover what is small
 SOLIDS = "solids"  # beside the scene: seen in space only
 HEIGHT = 10.0  # of the camera [m]: a part 10 mm above the plane is off by 0.1 % of its way outward
 LAYER = 1e-4  # [m]
@@ -109,6 +112,11 @@ def remarks(case: Case, sheet: Sheet) -> list[str]:
         "The tip error is the distance to the reference at the same time; an arm that diverged "
         "stays where it was last."
     )
+    if case.friction is not None and case.friction.law != "none":
+        found.append(
+            "A joint is driven where the torque is beyond the dead zone; inside it, it sticks "
+            "while at rest. It switches where that changes within 20 ms."
+        )
     if case.bands:
         runs = max(band.runs for band in case.bands.values())
         found.append(
@@ -164,9 +172,11 @@ def _log_arm(
     stream.send_columns(f"{path}/tip", [time_column(arm.time)], points)
 
 
-def _log_paths(stream: Stream, path: str, motion: Motion, band: Band | None, place: int) -> None:
+def _log_paths(
+    stream: Stream, scene: str, plant: str, motion: Motion, band: Band | None, place: int
+) -> None:
     """Record a tip's whole path, where it diverged if it did, and the paths of other runs."""
-    rgb = colour(motion.plant)
+    path, rgb = f"{scene}/{plant}", colour(motion.plant)
     if band is not None:
         some = [_thinned(band.time, tip, FRAME) for tip in band.paths[:PATHS_SHOWN]]
         _fixed(stream, f"{path}/repeats", some, dimmed(rgb, DARK), FINE, -2)
@@ -175,9 +185,9 @@ def _log_paths(stream: Stream, path: str, motion: Motion, band: Band | None, pla
     if motion.diverged is not None:
         label = f"{spoken(motion.plant)}: diverged at {motion.diverged:.3f} s"
         where = in_space(motion.tip[-1:], 11 * LAYER)
-        style: dict[str, Any] = {"colors": [rgb], "radii": rr.Radius.ui_points([6.0])}
-        mark = rr.Points3D(where, labels=[label], show_labels=True, **style)
+        mark = rr.Points3D(where, colors=[rgb], radii=rr.Radius.ui_points([6.0]))
         stream.log(f"{path}/diverged", mark, static=True)
+        _texts(stream, f"{scene}/{WORDS}/{plant}", motion.tip[-1:], [label], rgb)
 
 
 def _thinned(time: Array, path: Array, pitch: float = PATH_STEP) -> Array:
@@ -187,9 +197,10 @@ def _thinned(time: Array, path: Array, pitch: float = PATH_STEP) -> Array:
 
 
 def _log_glass(
-    stream: Stream, path: str, glass: Glass, case: Case, about: tuple[Array, Array], what: str
+    stream: Stream, scene: str, name: str, glass: Glass, case: Case, about: Path, what: str
 ) -> None:
     """Record what a glass shows: parts of paths, and the tips, about a moving point."""
+    path = f"{scene}/{name}"
     moved = [each for each in case.motions.values() if each.time.size]
     time, reference = case.reference_tip
     paths = [(time, reference), *((each.time, each.tip) for each in moved)]
@@ -217,7 +228,7 @@ def _log_glass(
         marks += [TIP[min(i - 1, 2)] for i in tips]
     _fixed(stream, f"{path}/rim", [glass.circle()], [colour("reference")], FINE, 0)
     said = f"{what} x {glass.factor:g}\nrim: {MM * glass.shows:.3g} mm"
-    _texts(stream, f"{path}/said", glass.centre[None] - [0.0, glass.radius], [said])
+    _texts(stream, f"{scene}/{WORDS}/{name}", glass.centre[None] - [0.0, glass.radius], [said])
     column = [time_column(at)]
     if strips:
         lines = rr.LineStrips3D.columns(
@@ -251,12 +262,17 @@ def _log_camera(stream: Stream, scene: str) -> None:
 def _log_map(stream: Stream, scene: str, sheet: Sheet) -> None:
     """Record the map's grid and the texts of its ticks."""
     _fixed(stream, f"{scene}/grid", grid(sheet), [dimmed(FAINT, 0.6)], 0.4, -6)
-    _texts(stream, f"{scene}/ticks", *labels(sheet))
+    _texts(stream, f"{scene}/{WORDS}/ticks", *labels(sheet))
 
 
-def _texts(stream: Stream, path: str, places: Array, said: Sequence[str]) -> None:
-    """Record texts, each under its place (n, 2) [m]."""
-    style: dict[str, Any] = {"colors": [colour("reference")], "radii": rr.Radius.ui_points(0.0)}
+def _texts(
+    stream: Stream, path: str, places: Array, said: Sequence[str], rgb: Colour | None = None
+) -> None:
+    """Record texts, each under its place (n, 2) [m]; grey unless a colour is given."""
+    style: dict[str, Any] = {
+        "colors": [rgb or colour("reference")],
+        "radii": rr.Radius.ui_points(0.0),
+    }
     texts = rr.Points3D(in_space(places), labels=said, show_labels=True, **style)
     stream.log(path, texts, static=True)
 
@@ -282,7 +298,7 @@ def log_scene(stream: Stream, case: Case, parameters: Parameters, sheet: Sheet) 
     moved = {plant: each for plant, each in case.motions.items() if each.time.size}
     for i, (plant, motion) in enumerate(moved.items()):
         place = list(case.motions).index(plant)
-        _log_paths(stream, f"{scene}/{plant}", motion, case.bands.get(plant), place)
+        _log_paths(stream, scene, plant, motion, case.bands.get(plant), place)
         _log_arm(stream, f"{scene}/{plant}", motion, parameters, place, case)
         if plant == CHAIN and case.chain_model is not None:
             _log_chain(stream, f"{case.name}/{SOLIDS}", motion, case)
@@ -290,11 +306,11 @@ def log_scene(stream: Stream, case: Case, parameters: Parameters, sheet: Sheet) 
             other = spoken(list(case.motions)[1])
             what = f"{other} about {spoken(plant)}"
             about = (motion.time, motion.tip)
-            _log_glass(stream, f"{scene}/about_first", sheet.about_first, case, about, what)
+            _log_glass(stream, scene, ABOUT_FIRST, sheet.about_first, case, about, what)
     if sheet.about_reference is not None:
         about = case.reference_tip
         what = "tips about the reference"
-        _log_glass(stream, f"{scene}/about_reference", sheet.about_reference, case, about, what)
+        _log_glass(stream, scene, ABOUT_REFERENCE, sheet.about_reference, case, about, what)
 
 
 def _log_chain(stream: Stream, path: str, motion: Motion, case: Case) -> None:

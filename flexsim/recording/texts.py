@@ -83,7 +83,8 @@ def overview(cases: Sequence[Case]) -> str:
         f"setting {escaped(case.setting)}, hardware: {escaped(case.hardware)}"
         for case in cases
     )
-    return "# All cases\n\n" + table(head, rows) + "\n\n" + "\n".join(about)
+    title = "# All cases\n\nThe maps have a grid of 0.1 m."
+    return "\n\n".join([title, table(head, rows), "\n".join(about)])
 
 
 def robot(parameters: Parameters) -> str:

@@ -135,6 +135,7 @@ def command(config: ViewConfig) -> None:
     Raises:
         RunError: there is nothing to show, or the viewer cannot start.
     """
+    from flexsim.recording.joined import store_of
     from flexsim.recording.rerun_file import open_recording
 
     if not config.run:
@@ -150,6 +151,7 @@ def command(config: ViewConfig) -> None:
         return
     first = recordings[0]
     if len(recordings) == 1 and first is not None and not config.case:
+        store_of(first)  # the viewer would open on what it cannot read
         open_recording(first, config.web)
         return
     with composed(config) as path:

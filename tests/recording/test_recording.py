@@ -17,12 +17,13 @@ from recorded_cases import DIVERGED, SAMPLES, made_up_cases, made_up_motion
 from rerun.chunk import Chunk, RrdReader
 
 from flexsim import ModelError, ParameterError, Parameters, RunError
+from flexsim.loop.friction import Friction
 from flexsim.recording import rerun_file as recording_module
 from flexsim.recording.case import Case
 from flexsim.recording.curves import APART, CURVES, QUANTITIES, columns, panels
 from flexsim.recording.drawn.map import dashes, sheet_of
 from flexsim.recording.joined import plans_of
-from flexsim.recording.layout import Beside, layout
+from flexsim.recording.layout import Beside, layout, space_view, top_view
 from flexsim.recording.rerun_file import RERUN_TOOL, open_recording
 from flexsim.recording.rrd import plan_of, write_recording
 from flexsim.recording.scene import remarks
@@ -201,11 +202,38 @@ def test_divergence_ends_the_curves_and_is_said(chunks: list[Chunk]) -> None:
     assert len(curves(chunks, "line_paper", "chain")["v_mm"]) == DIVERGED
     assert len(curves(chunks, "line_paper", APART)["v_mm"]) == DIVERGED
     assert len(curves(chunks, "line_paper", "assumed_modes")["v_mm"]) == SAMPLES
-    label = static(chunks, "/line_paper/scene/chain/diverged")["labels"]
+    label = static(chunks, "/line_paper/scene/words/chain")["labels"]
     assert label == ["chain: diverged at 1.800 s"]
+    assert static(chunks, "/line_paper/scene/chain/diverged")["positions"]
     assert "diverged at t = 1.800 s" in static(chunks, "/line_paper/notes")["text"][0]
-    assert "diverged" not in static(chunks, "/line_tuned/scene/chain/diverged")
+    assert not static(chunks, "/line_tuned/scene/chain/diverged")
     assert "diverged at t = 1.800 s" in static(chunks, "/overview")["text"][0]
+
+
+def test_the_state_of_a_joint_that_diverged_does_not_go_on(tmp_path: Path) -> None:
+    case = replace(made_up_cases()[1], friction=Friction("simulink"))
+    write_recording(tmp_path / "run.rrd", [case], METADATA, Parameters())
+    chunks = RrdReader(tmp_path / "run.rrd").store().stream().to_chunks()
+    for plant, last in (("chain", True), ("assumed-modes", False)):
+        states = rows(chunks, f"/line_paper/states/joint_1/{plant}")["state"]
+        assert (states[-1] == "diverged") == last
+        assert "diverged" not in states[:-1]
+
+
+def test_small_maps_and_the_view_in_space_have_no_words(cases: list[Case]) -> None:
+    """Texts have one size: there they would cover the arms; what they say is in the title."""
+    sheet = sheet_of(cases[0], Parameters())
+    plan, here = plan_of(cases[0], sheet, columns(cases[0])), Beside("")
+    words = "- /line_tuned/scene/words/**"
+    large, small = top_view(here, plan), top_view(here, plan, small=True)
+    assert words not in large.contents and words in small.contents
+    assert words in space_view(here, plan).contents
+    assert sheet.about_reference is not None and sheet.about_first is not None
+    factors = f"x {sheet.about_reference.factor:g} and x {sheet.about_first.factor:g}"
+    assert small.name == f"grid 0.1 m · line: assumed modes · hollow: chain · circles {factors}"
+    root = layout([Beside("", [plan, replace(plan, name="other")])]).root_container
+    maps = root.contents[0].contents[0].contents
+    assert words in maps[0].contents and "- /line_tuned/scene/about_first/**" in maps[0].contents
 
 
 def test_recording_explains_itself(written: Path, chunks: list[Chunk]) -> None:
@@ -388,6 +416,8 @@ def test_what_hardware_changes_is_shown_beside_what_it_was() -> None:
     for each, seen in ((motion, set()), (limited, {"torque_1_applied_Nm"})):
         alone = replace(case, motions={"assumed-modes": each})
         (table,) = columns(alone)
+        titles = [panel.title for panel in panels(alone, [table]) if panel.tab == "joints"]
+        assert [title.endswith("finest: applied") for title in titles] == [bool(seen), False]
         drawn = {s.field for panel in panels(alone, [table]) for s in panel.series}
         assert {name for name in drawn if "applied" in name} == seen
     assert np.array_equal(

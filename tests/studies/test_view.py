@@ -207,6 +207,9 @@ def test_a_run_that_is_not_finished_says_so(runs: Path, tmp_path: Path) -> None:
         (["one", "--save", "it.txt"], "--save it.txt: give a file that ends with .rrd"),
         (["one", "--save", "old.rrd"], "old.rrd exists already; name another file with --save, or"),
         (["one", "--save", "none/it.rrd"], "none/it.rrd: cannot write the recording"),
+        (["bad.rrd"], "bad.rrd: cannot read the recording"),
+        (["cut.rrd"], "cut.rrd: cannot read the recording"),
+        (["one", "cut.rrd"], "cut.rrd: cannot read the recording"),
         (["one", "bad.rrd"], "bad.rrd: cannot read the recording"),
         (["one", "foreign.rrd"], "foreign.rrd does not say what it shows"),
         (["odd", "--save", "it.rrd"], "a.png: cannot read the figure: it is no PNG file"),
@@ -229,6 +232,8 @@ def test_what_cannot_be_opened_is_one_line(
     Path("notes.txt").touch()
     Path("old.rrd").write_text("old")
     Path("bad.rrd").write_text("no recording")
+    whole = Path("one/run.rrd").read_bytes()
+    Path("cut.rrd").write_bytes(whole[: len(whole) // 2])
     with rr.RecordingStream("other") as stream:
         stream.save("foreign.rrd")
         stream.log("a", rr.Scalars(1.0))

@@ -32,11 +32,13 @@ class Sheet:
 
     Attributes:
         corners: (2, 2) lowest and highest of the grid [m]. bounds: all of it, x and y from and to.
+        within: of the grid, without ticks' texts and glasses.
         about_reference, about_first: glasses; None without a reference, without a second plant.
     """
 
     corners: Array
     bounds: tuple[float, float, float, float]
+    within: tuple[float, float, float, float]
     about_reference: Glass | None
     about_first: Glass | None
 
@@ -71,7 +73,10 @@ def sheet_of(case: Case, parameters: Parameters) -> Sheet:
     right = x + RADIUS + MARGIN / 2 if any(glasses) else corners[1, 0] + MARGIN / 2
     half = max(corners[1, 1] - middle, 2 * RADIUS + SAID)
     bounds = (corners[0, 0] - LABELS, right, middle - half - LABELS, middle + half + MARGIN / 2)
-    return Sheet(corners, tuple(map(float, bounds)), *glasses)  # type: ignore[arg-type]
+    (x0, y0), (x1, y1) = corners.tolist()
+    edge = MARGIN / 4
+    within = (x0 - edge, x1 + edge, y0 - edge, y1 + edge)
+    return Sheet(corners, tuple(map(float, bounds)), within, *glasses)  # type: ignore[arg-type]
 
 
 def _deviations(case: Case) -> tuple[Any | None, Any | None]:

@@ -14,15 +14,16 @@ from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
 from flexsim.recording.colours import Colour
 
-STATES = ("driven", "dead zone", "sticks", "switches")
-KEY = "blue: driven · pink: in the dead zone · grey: sticks there · green: switches within 20 ms"
+STATES = ("driven", "dead zone", "sticks", "switches", "diverged")
+KEY = "blue: driven · pink: dead zone · grey: sticks · green: switches"
 STATE_COLOURS: tuple[Colour, ...] = (
     (0, 114, 178),
     (204, 121, 167),
     (120, 124, 130),
     (0, 158, 115),
+    (213, 94, 0),
 )
-DRIVEN, DEAD_ZONE, STICKS, SWITCHES = range(len(STATES))
+DRIVEN, DEAD_ZONE, STICKS, SWITCHES, DIVERGED = range(len(STATES))
 REST = 0.01  # [rad/s] below which a joint counts as at rest; for display only
 
 

@@ -20,7 +20,7 @@ from flexsim.recording import texts
 from flexsim.recording.colours import Colour
 from flexsim.recording.curves import CURVES, Columns, sent
 from flexsim.recording.layout import Beside, layout
-from flexsim.recording.panels import Panel, Plan, Series, plans_text, rounded
+from flexsim.recording.panels import NOWHERE, Panel, Plan, Series, plans_text, rounded
 from flexsim.recording.rerun_file import (
     APPLICATION,
     PLANS,
@@ -33,7 +33,7 @@ from flexsim.recording.rerun_file import (
 
 TIMELINE = "generation"
 NAME = "convergence"  # of the recording's one case
-WIDTH = 2.0  # [points]
+BROAD, THIN = 3.4, 1.2  # widths of curves [points]: the median's lies on the best's
 BEST: Colour = (86, 180, 233)
 MEDIAN: Colour = (230, 159, 0)
 STABLE: Colour = (0, 158, 115)
@@ -67,11 +67,14 @@ def plan_of(course: Course) -> Plan:
     """Return what is shown of a tuning: three plots over generations, and what explains it."""
 
     def panel(title: str, field: str, *names: tuple[str, str, Colour]) -> Panel:
-        series = [Series(entity, CURVES, field, said, rgb, WIDTH) for entity, said, rgb in names]
+        series = [
+            Series(entity, CURVES, field, said, rgb, THIN if i else BROAD)
+            for i, (entity, said, rgb) in enumerate(names)
+        ]
         values = np.concatenate([course.curves[entity][field] for entity, _, _ in names])
         return Panel("course", title, *rounded(values), tuple(series))
 
-    key = " · best (blue) · median (orange)"
+    key = " · broad blue: best · thin orange: median"
     both = (("best", "best", BEST), ("median", "median", MEDIAN))
     stable = ("stable", "stable share", STABLE)
     plots = (
@@ -79,9 +82,10 @@ def plan_of(course: Course) -> Plan:
         panel(f"{course.title}{key}", "index", *both),
         panel("share of the population that holds", "share", stable),
     )
-    end, nowhere = float(len(course.best)), (0.0, 1.0, 0.0, 1.0)
+    end = float(len(course.best))
     about = (("run", "run"),)
-    return Plan(NAME, end, course.title, nowhere, plots, False, False, False, about, TIMELINE)
+    places = (course.title, NOWHERE, NOWHERE, course.title)
+    return Plan(NAME, end, *places, plots, False, False, False, about, TIMELINE)
 
 
 def _identity(course: Course, metadata: Mapping[str, str]) -> uuid.UUID:
