@@ -101,9 +101,10 @@ class Live:
         """
         self.stage, self.knobs = stage, stage.knobs
         self._own = tuple(script)
+        body = MujocoBody(stage.mujoco)
         self._tip = tip_point(stage.mujoco.model)
         self._made = self._make(self.knobs)
-        bodies = ModesBody(stage.modes, stage.mujoco.model), MujocoBody(stage.mujoco)
+        bodies = ModesBody(stage.modes, stage.mujoco.model), body
         self.arms = (self._arm(bodies[0]), self._arm(bodies[1]))
         for event in script:
             if isinstance(event, Shove) and event.point is not None:
