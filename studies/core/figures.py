@@ -12,6 +12,7 @@ give equal bytes in every format.
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -28,7 +29,7 @@ from flexsim.numerics.types import Array
 from flexsim.recording.traces import kind, spoken
 from studies.core.printed.ticks import Between, PlainLog, PlainNumbers
 from studies.core.study_options import FORMATS
-from studies.core.text import markdown_text, one_line
+from studies.core.text import markdown_text, one_line, unmarked
 
 P = ParamSpec("P")
 Drawn = TypeVar("Drawn")
@@ -276,3 +277,9 @@ def write_figures(
     if captions:
         text = "\n\n".join(["# Captions", *captions]) + "\n"
         write_text(folder / FIGURES / CAPTIONS, text, "the captions")
+
+
+def captions_in(text: str) -> dict[str, str]:
+    """Return the captions that `write_figures` wrote, by the figures' names."""
+    found = re.findall(r"^\*\*((?:\\.|[^\\*\n])+)\*\* ?(.*)$", text, re.MULTILINE)
+    return {unmarked(name): unmarked(caption) for name, caption in found}

@@ -293,7 +293,8 @@ class Tally:
             self.last[i] = size[-1] if len(size) else np.nan
             there = size[np.isfinite(size)]
             self.count[i] += len(there)
-            self.squares[i] += float(np.sum(there**2))
+            sums = np.cumsum([self.squares[i], *there**2])  # one by one: however time is parted
+            self.squares[i] = sums[-1]
             self.most[i] = max(self.most[i], float(there.max(initial=0.0)))
 
     @property

@@ -154,8 +154,9 @@ def session(config: PlayConfig) -> Session:
         for path in (config.record, events_path(config.record)):
             require_replaceable(path, "the recording", config.force)
         if not config.record.absolute().parent.is_dir():
-            name = spelled(config.record)
-            raise RunError(f"--record {name}: cannot write the recording: no such folder")
+            raise RunError(
+                f"--record {spelled(config.record)}: cannot write the recording: no such folder"
+            )
     name = config.controller
     if name is None:
         own = config.trajectory or DEFAULT_TRAJECTORY
