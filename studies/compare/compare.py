@@ -231,4 +231,5 @@ command = Study(
     report.facts,
     report.files,
     question="Do the same controllers behave the same on both models, and which loops hold?",
+    answer=report.answer,
 )

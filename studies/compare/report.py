@@ -144,12 +144,8 @@ def tables(result: Comparison) -> list[Table]:
     """Return the rows, and what is shown of them: our controllers, Table 2's, the true tip."""
     plants = " | ".join(dict.fromkeys(spoken(row.plant) for row in result.rows))
     shown = [Table(result.rows, key="rows", file=RESULTS)]
-    present = dict.fromkeys(row.group for row in result.rows)
-    for group in (*(each for each in TITLES if each in present), *_runs(present)):
-        mine = [row for row in result.rows if row.group == group]
-        title = TITLES.get(group) or _called(mine[0])
-        title += f", setting {mine[0].setting}, hardware {mine[0].hardware}"
-        title += ": envelope half-width [mm]"
+    for group, mine in _groups(result.rows):
+        title = f"{_titled(mine)}: envelope half-width [mm]"
         names = list(dict.fromkeys(row.plant for row in mine))
         line = ("trajectory", "controllers")
         note = f" {group_verdict(mine)}\n"
@@ -159,6 +155,19 @@ def tables(result: Comparison) -> list[Table]:
         if group not in (OF_IDEAL, TABLE):
             shown.append(Table(mine, TORQUE_COLUMNS, TORQUES, "\n", tight=True, **how))
     return [*shown, holding_table(result.holding), _true_tip(result.rows)]
+
+
+def _groups(rows: Sequence[CompareRow]) -> Iterator[tuple[str, list[CompareRow]]]:
+    """Give what is shown together: our controllers, Table 2's, those of runs."""
+    present = dict.fromkeys(row.group for row in rows)
+    for group in (*(each for each in TITLES if each in present), *_runs(present)):
+        yield group, [row for row in rows if row.group == group]
+
+
+def _titled(rows: Sequence[CompareRow]) -> str:
+    """Return whose controllers a group's rows are of, and in which loop."""
+    whose = TITLES.get(rows[0].group) or _called(rows[0])
+    return f"{whose}, setting {rows[0].setting}, hardware {rows[0].hardware}"
 
 
 def _runs(groups: Iterable[str]) -> list[str]:
@@ -227,6 +236,12 @@ def verdict(result: Comparison) -> str:
     held = [said(result.holding)] if result.holding else []
     notes = [*held, *_checked(result.rows), *beyond_itself(result)]
     return MEDIANS + "".join(f"\nNote: {each}" for each in notes)
+
+
+def answer(result: Comparison) -> str:
+    """Return what is said of each group of controllers, and the verdict."""
+    groups = [f"{_titled(mine)}: {group_verdict(mine)}" for _, mine in _groups(result.rows)]
+    return "\n".join([*groups, verdict(result)])
 
 
 def _checked(rows: Sequence[CompareRow]) -> list[str]:

@@ -87,6 +87,8 @@ class Study(Generic[Config, Result]):
         facts: of the result beside the tables, for config.json and the JSON object.
         files: writes what else the folder holds: MJCF, a recording.
         question: that the verdict answers, a sentence.
+        answer: as the run keeps it, if notes of the tables say a part of it; the verdict unless
+            given.
     """
 
     run: Callable[[Config, Progress | None], Result]
@@ -96,6 +98,7 @@ class Study(Generic[Config, Result]):
     facts: Callable[[Result], dict[str, Any]] = nothing
     files: Callable[[Path, Config, Result], object] = nothing
     question: str = field(kw_only=True)
+    answer: Callable[[Result], str] | None = field(default=None, kw_only=True)
 
     def __call__(self, config: Config) -> None:
         """Carry the study out, and print what it found.
@@ -127,7 +130,8 @@ class Study(Generic[Config, Result]):
     def _write(self, folder: Path, config: Config, result: Result) -> None:
         ran = {"ran": dataclasses.asdict(config.asked())} if config.quick else {}
         built = {"hardware": config.hardware_words}
-        said = {"question": self.question, "answer": self.verdict(result)}
+        answer = (self.answer or self.verdict)(result)
+        said = {"question": self.question, "answer": answer}
         write_config(folder, config, **ran, **built, **said, **self.facts(result))
         tables = self.tables(result)
         write_files(folder, tables)

@@ -12,6 +12,7 @@ give equal bytes in every format.
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -28,7 +29,7 @@ from flexsim.numerics.types import Array
 from flexsim.recording.traces import kind, spoken
 from studies.core.printed.ticks import Between, PlainLog, PlainNumbers
 from studies.core.study_options import FORMATS
-from studies.core.text import markdown_text, one_line
+from studies.core.text import markdown_text, one_line, unmarked
 
 P = ParamSpec("P")
 Drawn = TypeVar("Drawn")
@@ -37,6 +38,7 @@ FIGURES, CAPTIONS = "figures", "captions.md"
 SINGLE, DOUBLE = 84.0, 174.0  # widths of one and of two columns [mm]
 INCH = 25.4  # [mm]
 DPI = 300
+RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 INDEX, INDEX_UNIT = 1e4, "10⁻⁴ m² s"  # the index (5) as figures have it
 FONT, SMALL = 8, 7  # [pt] of letters, and of ticks and legends
 RC: Any = {
@@ -136,20 +138,30 @@ def finish(
 
     Args:
         figure, panels: as named. legend: columns of a legend of all that the panels name, each
-            name once. title: of the figure, short. caption: what else a reader must know.
+            name once; fewer where names are long. title: of the figure, short. caption: what else
+            a reader must know.
     """
     if legend:
         named: dict[str, Any] = {}
         for axes in panels:
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
                 named.setdefault(label, handle)
-        with rc_context(RC):
-            where: Any = "outside lower center"
-            figure.legend(list(named.values()), list(named), loc=where, ncols=legend)
+        _legend(figure, named, legend)
     if title:
         figure.suptitle(title, fontsize=FONT)
     figure.set_label(caption)
     return figure
+
+
+def _legend(figure: Figure, named: dict[str, Any], columns: int) -> None:
+    """Put a legend below all panels, in as many columns as the figure is wide, of those wanted."""
+    where: Any = "outside lower center"
+    with rc_context(RC):
+        for count in range(columns, 0, -1):
+            made = figure.legend(list(named.values()), list(named), loc=where, ncols=count)
+            if count == 1 or made.get_window_extent().width <= figure.bbox.width:
+                return
+            made.remove()
 
 
 def log_axis(axis: Axis, most: int = 6) -> None:
@@ -172,6 +184,11 @@ def name_lines(axes: Axes, names: Sequence[str]) -> None:
     """Name the lines of a panel, the first on top."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
+
+
+def raised(unit: str) -> str:
+    """Return a unit with its powers raised, as axes have it: N m2 as N m²."""
+    return re.sub(r"(?<=[A-Za-z])\d+", lambda found: found[0].translate(RAISED), unit)
 
 
 def unmathed(name: str) -> str:
@@ -276,3 +293,9 @@ def write_figures(
     if captions:
         text = "\n\n".join(["# Captions", *captions]) + "\n"
         write_text(folder / FIGURES / CAPTIONS, text, "the captions")
+
+
+def captions_in(text: str) -> dict[str, str]:
+    """Return the captions that `write_figures` wrote, by the figures' names."""
+    found = re.findall(r"^\*\*((?:\\.|[^\\*\n])+)\*\* ?(.*)$", text, re.MULTILINE)
+    return {unmarked(name): unmarked(caption) for name, caption in found}

@@ -6,6 +6,8 @@
 'first, then \\\\x1b[31mred'
 >>> plain("a*/b\\n$c"), word("2nd run (new)")
 ('a__b__c', '2nd_run_new')
+>>> unmarked(markdown_text("50 % of a_b [mm]"))
+'50 % of a_b [mm]'
 """
 
 from __future__ import annotations
@@ -41,3 +43,8 @@ def word(name: object) -> str:
 def markdown_text(text: object) -> str:
     """Return a text on one line that markdown shows as it is, nothing in it markup."""
     return re.sub(r"([\\`*_{}\[\]<>#|~$&!])", r"\\\1", one_line(text))
+
+
+def unmarked(text: str) -> str:
+    """Return the text that `markdown_text` made another of."""
+    return re.sub(r"\\([\\`*_{}\[\]<>#|~$&!])", r"\1", text)

@@ -238,10 +238,12 @@ def tip_figure(details: Sequence[TorqueDetail]) -> Figure:
     names = dict.fromkeys(row.misprint for row in details)
     figure, ((*panels,),) = canvas(1, len(cases), height=85)
     for axes, case in zip(panels, cases, strict=True):
-        for name, colour, marker in zip(names, COLOURS, MARKERS, strict=True):
+        looks = zip(names, COLOURS, MARKERS, cycle(DASHES))
+        for name, colour, marker, dash in looks:
             mine = [row for row in details if (row.case, row.misprint) == (case, name)]
             pose, tip = [row.theta2 for row in mine], [UM * row.tip_to_chain for row in mine]
-            axes.plot(pose, tip, marker=marker, color=colour, linewidth=0.8, label=name)
+            how: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": dash}
+            axes.plot(pose, tip, **how, linewidth=0.8, label=name)
         log_axis(axes.yaxis)
         axes.set(xlabel="θ₂ at the start [rad]", ylabel="rms distance of the tips [µm]")
         axes.set_title(case)

@@ -279,7 +279,7 @@ def _draw(shares: Axes, best: Axes, row: CaseRow, height: float) -> None:
     interval(shares, 100 * row.stable_runs, height, runs, marker, color=colour, clip_on=False)
     if row.best_index is None:
         how: dict[str, Any] = {"transform": best.get_yaxis_transform(), "va": "center"}
-        best.text(0.02, height, "none stable", color=colour, size=SMALL, **how)
+        best.text(0.02, height, "none bounded", color=colour, size=SMALL, **how)
         return
     ends = INDEX * np.array([row.best_index_least, row.best_index_most], float)
     best.plot(ends, [height] * 2, color=colour, linewidth=2.6, alpha=0.4)

@@ -101,9 +101,10 @@ class Live:
         """
         self.stage, self.knobs = stage, stage.knobs
         self._own = tuple(script)
+        body = MujocoBody(stage.mujoco)
         self._tip = tip_point(stage.mujoco.model)
         self._made = self._make(self.knobs)
-        bodies = ModesBody(stage.modes, stage.mujoco.model), MujocoBody(stage.mujoco)
+        bodies = ModesBody(stage.modes, stage.mujoco.model), body
         self.arms = (self._arm(bodies[0]), self._arm(bodies[1]))
         for event in script:
             if isinstance(event, Shove) and event.point is not None:
@@ -292,7 +293,8 @@ class Tally:
             self.last[i] = size[-1] if len(size) else np.nan
             there = size[np.isfinite(size)]
             self.count[i] += len(there)
-            self.squares[i] += float(np.sum(there**2))
+            sums = np.cumsum([self.squares[i], *there**2])  # one by one: however time is parted
+            self.squares[i] = sums[-1]
             self.most[i] = max(self.most[i], float(there.max(initial=0.0)))
 
     @property

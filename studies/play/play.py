@@ -19,7 +19,7 @@ import tyro
 
 from controllers import TUNED
 from flexsim.arm.beam import MODES
-from flexsim.errors import ParameterError
+from flexsim.errors import ParameterError, RunError
 from flexsim.files.atomic import require_replaceable
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from flexsim.loop.trajectories import reference, trajectory
@@ -142,7 +142,9 @@ def session(config: PlayConfig) -> Session:
         raise ParameterError(f"seed is {config.seed}; give 0 or more")
     most = KNOBS["payload"].high
     if not 0 < config.payload_step <= most:
-        raise ParameterError(f"--payload-step is {config.payload_step:g}; give 0 to {most:g} kg")
+        raise ParameterError(
+            f"--payload-step is {config.payload_step:g}; give more than 0, {most:g} kg at most"
+        )
     if config.seconds is not None and not 0 < config.seconds <= SECONDS_MOST:
         raise ParameterError(
             f"--seconds is {config.seconds:g}; give more than 0, {SECONDS_MOST:g} at most"
@@ -151,6 +153,10 @@ def session(config: PlayConfig) -> Session:
     if config.record is not None:
         for path in (config.record, events_path(config.record)):
             require_replaceable(path, "the recording", config.force)
+        if not config.record.absolute().parent.is_dir():
+            raise RunError(
+                f"--record {spelled(config.record)}: cannot write the recording: no such folder"
+            )
     name = config.controller
     if name is None:
         own = config.trajectory or DEFAULT_TRAJECTORY

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flexsim.errors import RunError
 from flexsim.files.reading import MIB
-from studies.core.figures import FIGURES
+from studies.core.figures import CAPTIONS, FIGURES, captions_in
 from studies.core.folder import CONFIG
 from studies.report.entries import named, opened, size_of, text_of
 
@@ -30,10 +30,11 @@ READ = (".xml", ".toml")  # that are shown, too
 
 
 class Picture(NamedTuple):
-    """A figure of the run: its name, and a data URI."""
+    """A figure of the run: its name, a data URI, its caption if it has one."""
 
     name: str
     source: str
+    caption: str = ""
 
 
 class Text(NamedTuple):
@@ -63,6 +64,7 @@ def pictures_of(folder: Path, most: int = PICTURES_MOST) -> tuple[list[Picture],
     for path in named(folder / FIGURES, *KINDS):
         by_name.setdefault(path.stem, {})[path.suffix.lower()] = path
     pictures, left_out = [], []
+    captions = _captions(folder / FIGURES)
     for name, paths in by_name.items():
         fits = [end for end in KINDS if end in paths and size_of(paths[end]) <= PICTURE_MOST]
         fits = [end for end in fits if size_of(paths[end]) <= most]
@@ -72,8 +74,15 @@ def pictures_of(folder: Path, most: int = PICTURES_MOST) -> tuple[list[Picture],
         content = opened(paths[fits[0]], PICTURE_MOST, "figure")
         _check(paths[fits[0]], content)
         most -= len(content)
-        pictures.append(Picture(name, data_uri(content, KINDS[fits[0]])))
+        source = data_uri(content, KINDS[fits[0]])
+        pictures.append(Picture(name, source, captions.get(name, "")))
     return pictures, left_out
+
+
+def _captions(folder: Path) -> dict[str, str]:
+    """Return the captions of a run's figures by their names, none if it keeps none."""
+    found = [each for each in named(folder, CAPTIONS) if each.name == CAPTIONS]
+    return captions_in(text_of(found[0], TEXT_MOST, "file of captions")) if found else {}
 
 
 def _check(path: Path, content: bytes) -> None:

@@ -24,6 +24,7 @@ from studies.core.figures import (
     finish,
     interval,
     name_lines,
+    raised,
     styles,
     unmathed,
 )
@@ -300,7 +301,7 @@ def over_number(found: Found, path: str) -> Figure:
         high = [MM * (row.high if row.high is not None else row.median or 0.0) for row in known]
         axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
     unit = unit_of(path)
-    axes.set_xlabel(written(f"{path} [{unit}]" if unit not in ("", "-") else path))
+    axes.set_xlabel(written(f"{path} [{raised(unit)}]" if unit not in ("", "-") else path))
     axes.set_ylabel("envelope half-width [mm]")
     axes.set_ylim(bottom=0)
     caption = unmathed(

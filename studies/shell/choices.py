@@ -27,6 +27,7 @@ from studies.tuning.individuals import CONTROLLERS as KINDS_OF_CONTROLLERS
 from studies.tuning.individuals import TEXTBOOK
 from studies.tuning.tuning import BOTH, TUNERS
 
+MUJOCOS = ("chain", "untuned", "rod")  # that the live loop steps
 FOLDERS = "/"  # in place of an ending
 ANY_FILE = ""
 VALUES: dict[str, Iterable[str]] = {  # by the option's name; of one command by both
@@ -52,6 +53,7 @@ VALUES: dict[str, Iterable[str]] = {  # by the option's name; of one command by 
     "tune plant": (BOTH, *KINDS),
     "tune realisation": (*REALISATIONS, TEXTBOOK),
     "screening plant": (BOTH, *KINDS),
+    "play plant": MUJOCOS,
     "pid-question plants": PLANTS,
 }
 ENDINGS = {  # of the files, by the option's name; of one command by both
@@ -71,6 +73,11 @@ ENDINGS = {  # of the files, by the option's name; of one command by both
     "chain out": ".xml",
     "export out": ANY_FILE,
     "view run": ".rrd",
+    "view save": ".rrd",
+    "play record": ".rrd",
+    "play replay": ".json",
+    "report out": ".html",
+    "animate out": ANY_FILE,
 }
 NO_FILE = (("tune", "controller"), ("run", "resume"))
 

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from flexsim.numerics.types import Array
 from studies.core.evidence.digits import with_interval
 from studies.core.figures import (
     canvas,
@@ -168,6 +170,23 @@ def figures(result: StabilityResult) -> Iterator[tuple[str, Figure]]:
         yield f"stable_{plant}", map_figure(mine, result.slack)
 
 
+def _between(values: Array) -> Array:
+    """Return where the cells about values (n,) end, (n + 1,)."""
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def outline(x: Array, y: Array, held: np.ndarray[Any, np.dtype[np.bool_]]) -> list[Array]:
+    """Return the sides (2, 2) of cells between those that hold (m, n) and those that do not.
+
+    x, y: where cells end, (n + 1,) and (m + 1,).
+    """
+    upright = [(j + 1, i) for i, j in np.argwhere(held[:, 1:] != held[:, :-1])]
+    level = [(j, i + 1) for i, j in np.argwhere(held[1:] != held[:-1])]
+    sides = [np.array([[x[j], y[i]], [x[j], y[i + 1]]]) for j, i in upright]
+    return sides + [np.array([[x[j], y[i]], [x[j + 1], y[i]]]) for j, i in level]
+
+
 @drawn
 def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
     """Return maps of one plant, a row per controller, a column per joint.
@@ -181,8 +200,8 @@ def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
     colours = colormaps["YlOrRd"].with_extremes(under=STABLE_COLOUR)
     for axes, each in zip(grid.ravel(), maps, strict=False):
         growth = np.where(each.growth <= slack, lowest / 2, np.maximum(each.growth, lowest))
-        how: dict[str, Any] = {"cmap": colours, "norm": norm, "shading": "nearest"}
-        axes.pcolormesh(each.k, each.nu, growth, **how, rasterized=True)
+        ends = np.exp(_between(np.log(each.k))), _between(each.nu)
+        axes.pcolormesh(*ends, growth, cmap=colours, norm=norm, rasterized=True)
         star: dict[str, Any] = {
             "color": "0.1",
             "markersize": 7,
@@ -190,9 +209,8 @@ def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
             "clip_on": False,
         }
         axes.plot(*each.own, "*", **star, label="the controller")
-        held = (each.growth <= slack).astype(float)
-        if 0 < held.mean() < 1:  # an edge that is seen in grey, too
-            axes.contour(each.k, each.nu, held, [0.5], colors="0.1", linewidths=0.6)
+        edge = outline(ends[0], ends[1], each.growth <= slack)  # seen in grey, too
+        axes.add_collection(LineCollection(edge, colors="0.1", linewidths=0.6))
         log_axis(axes.xaxis)
         number = 3 * each.joint - 2
         axes.grid(False)
@@ -211,6 +229,6 @@ def map_figure(maps: list[StabilityMap], slack: float) -> Figure:
     caption = (
         f"Growth over leading gain and order of one joint, all else as in the controller; plant "
         f"{maps[0].plant}, at rest with theta2 = {maps[0].theta2:.3f} rad. Stable: growth up to "
-        f"{slack:g} 1/s."
+        f"{slack:g} 1/s, within the line."
     )
     return finish(figure, grid.ravel()[: len(maps)], legend=2, caption=caption)

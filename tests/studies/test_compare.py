@@ -22,7 +22,7 @@ from flexsim.loop.trajectories import TRAJECTORIES, trajectory
 from studies.compare.compare import plants_of, run, run_task
 from studies.compare.holding import holding_rows
 from studies.compare.repeats import Batch, apart
-from studies.compare.report import group_verdict, tables, true_tip_rows, verdict
+from studies.compare.report import answer, group_verdict, tables, true_tip_rows, verdict
 from studies.compare.rows import Against, CompareRow, Comparison
 from studies.compare.tasks import CompareConfig, Task, hardware_name, tasks
 from studies.core.evidence.check_sample import Check
@@ -441,6 +441,9 @@ def test_verdict_counts_and_compares() -> None:
     )
     bounded = group_verdict(rows[2:])
     assert bounded.startswith("1 of 2 stay bounded; envelopes of the chain 8 are an unkn")
+    kept = answer(Comparison(rows, [], Robot(), {}))
+    assert "setting simulink, hardware ideal: 3 of 4 stay bounded; envelopes of the" in kept
+    assert kept.endswith(verdict(Comparison(rows, [], Robot(), {})))
 
 
 def test_a_check_sample_outside_is_said() -> None:

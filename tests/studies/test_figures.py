@@ -32,6 +32,7 @@ from studies.core.figures import (
     finish,
     interval,
     log_axis,
+    raised,
     save,
     styles,
     thinned,
@@ -132,6 +133,25 @@ def test_a_caption_is_no_markup(tmp_path: Path) -> None:
     text = (tmp_path / "figures" / CAPTIONS).read_text()
     assert r"\[x\](y) \<b\> \$a\$ \_b\_ \`c\` \# d" in text
     assert "&lt;b&gt; $a$" in (tmp_path / "figures" / "a.svg").read_text()
+
+
+def test_a_legend_of_long_names_stays_in_the_figure() -> None:
+    """In fewer columns than were asked for; short ones have them all."""
+    for length, columns in ((60, 1), (3, 2)):
+        figure, panels = canvas(height=60, width=DOUBLE)
+        for letter in "abcd":
+            panels[0, 0].plot([0, 1], [0, 1], label=letter * length)
+        finish(figure, panels.flat, legend=2)
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        box = legend.get_window_extent()
+        assert box.x0 >= 0 and box.x1 <= figure.bbox.width
+        assert legend._ncols == columns  # type: ignore[attr-defined]
+
+
+def test_units_have_their_powers_raised() -> None:
+    assert raised("N m2") == "N m²" and raised("kg m2/s10") == "kg m²/s¹⁰"
+    assert raised("10 mm") == "10 mm" and raised("") == ""
 
 
 def test_no_figures_leave_no_folder(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.core.evidence.intervals import share_interval
 from studies.main import main
 from studies.stability.maps import growth_rates, stability_map
+from studies.stability.report import outline
 from studies.stability.simulated import simulated_errors, simulated_growth, simulated_rates
 from studies.stability.stability import StabilityConfig, run
 from studies.stability.zeros import zero_rows
@@ -226,6 +227,15 @@ def test_map_holds_the_controller_it_was_made_for(modes_plant: AssumedModesPlant
     assert found.growth.shape == (5, 5)
     assert found.own == pytest.approx((8660.0, 0.06911))
     assert np.diff(np.log(found.k)) == pytest.approx(np.full(4, math.log(100) / 4))
+
+
+def test_a_maps_line_parts_what_holds_from_what_does_not() -> None:
+    """Along the sides of the cells, each once; none about a map that holds everywhere."""
+    held = np.array([[True, False, False], [True, True, False]])
+    x, y = np.arange(4.0), np.arange(3.0)
+    sides = {tuple(map(tuple, each.tolist())) for each in outline(x, y, held)}
+    assert sides == {((1, 0), (1, 1)), ((2, 1), (2, 2)), ((1, 1), (2, 1))}
+    assert outline(x, y, np.ones_like(held)) == []
 
 
 def test_study_writes_a_run_that_explains_itself(quick: Callable[[str], QuickRun]) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.core.printed.latex import LONG, escaped, unit
+from studies.core.printed.latex import LONG, escaped, number, strange, tabular, unit
 from studies.core.table import Column, Table, write_files
 
 HOSTILE = "%_&#$~^\\{}|[red]\\input{/etc/passwd}\n\\end{tabular}\x1b[31m <b>"
@@ -93,6 +93,36 @@ def test_names_from_outside_are_no_orders() -> None:
 )
 def test_units_stand_upright(given: str, wanted: str) -> None:
     assert unit(given) == wanted
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ("-5.9e-07", r"$-5.9\cdot10^{-7}$"),
+        ("1.02 [0.98, 1.03]", "1.02 [0.98, 1.03]"),
+        ("-0.3|+0.2", r"$-0.3$\textbar{}+0.2"),
+        ("2e+05 | -", r"$2\cdot10^{5}$ \textbar{} -"),
+        ("seeds 3-5 of x-2", "seeds 3-5 of x-2"),
+        ("inf", "inf"),
+    ],
+)
+def test_numbers_have_a_minus_and_powers_of_ten(given: str, wanted: str) -> None:
+    assert number(given) == wanted
+
+
+def test_what_pdflatex_cannot_set_is_said() -> None:
+    assert escaped('"a" ≤ Ωβ') == r"\char34{}a\char34{} $\leq$ $\Omega$$\beta$"
+    assert escaped("λμν") == r"$\lambda$\textmu{}$\nu$"
+    assert strange("Grünwald … “Letnikov” ø") == "" and strange("中 Ж中") == "Ж中"
+    head = [("name", "")]
+    assert "XeLaTeX" in tabular(head, [False], [["中"]]).splitlines()[0]
+    assert "XeLaTeX" not in tabular(head, [False], [["θ é"]])
+
+
+def test_a_name_is_no_argument_of_the_line_before() -> None:
+    """Of `\\midrule`, or of the end of a line, which take one in brackets."""
+    lines = tabular([("name", "")], [False], [["[3em] x"], ["[red]"], ["*"]]).splitlines()
+    assert r"{}[3em] x \\" in lines and r"{}[red] \\" in lines and r"{}* \\" in lines
 
 
 def test_markdown_has_the_same_cells_and_no_markup() -> None:

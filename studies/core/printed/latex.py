@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from unicodedata import name as called
+from unicodedata import normalize
 
 from studies.core.text import one_line
 
@@ -17,18 +19,51 @@ LONG = 40  # lines: more go over several pages
 SPECIAL = {
     **{character: f"\\{character}" for character in "%_&#${}"},
     **{"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"},
-    **{"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}", '"': r"\textquotedbl{}"},
+    **{"<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}", '"': r"\char34{}"},
     **{"µ": r"\textmu{}", "μ": r"\textmu{}", "²": r"\textsuperscript{2}", "·": r"$\cdot$"},
     **{"±": r"$\pm$", "\u00d7": r"$\times$", "\u2212": "$-$", "°": r"\textdegree{}"},
-    **{"\u03bd": r"$\nu$", "θ": r"$\theta$", "τ": r"$\tau$", "ζ": r"$\zeta$", "ω": r"$\omega$"},
+    **{"≤": r"$\leq$", "≥": r"$\geq$", "≈": r"$\approx$", "∞": r"$\infty$", "→": r"$\to$"},
+    **{"Ω": r"$\Omega$", "Δ": r"$\Delta$", "Σ": r"$\Sigma$", "∂": r"$\partial$", "√": r"$\surd$"},
+    **{each: f"$\\{called(each).split()[-1].lower()}$" for each in "αβγδζηθκνξπρστφχψω"},
+    "λ": r"$\lambda$",
 }
+KNOWN = "\u2013\u2014\u2018\u2019“”…†‡•©®™€£§ßæøœłÆØŒŁ"  # beside ASCII's letters with accents
+NUMBER = re.compile(r"(?<![\w.])([+-]?)(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w.])")
 UNITS = "1 % m mm µm um s ms µs us Hz rad deg N kg g dB J Pa"
 FACTOR = re.compile(rf"({'|'.join(UNITS.split())})(?:\^?(-?\d+))?")
 
 
 def escaped(text: object) -> str:
     """Return a text on one line as LaTeX prints it, nothing in it an order."""
-    return "".join(SPECIAL.get(character, character) for character in one_line(text))
+    return _escaped(one_line(text))
+
+
+def _escaped(line: str) -> str:
+    return "".join(SPECIAL.get(character, character) for character in line)
+
+
+def number(text: object) -> str:
+    """Return a cell of numbers as `escaped`, with a minus that is one, and powers of ten.
+
+    >>> number("-5.9e-07 [-0.1, 2]")
+    '$-5.9\\\\cdot10^{-7}$ [$-0.1$, 2]'
+    """
+    line, done = one_line(text), 0
+    parts = []
+    for found in NUMBER.finditer(line):
+        sign, digits, power = found.groups()
+        factor = rf"\cdot10^{{{int(power)}}}" if power else ""
+        plain = not factor and sign != "-"
+        parts.append(_escaped(line[done : found.start()]))
+        parts.append(sign + digits if plain else f"${sign}{digits}{factor}$")
+        done = found.end()
+    return "".join([*parts, _escaped(line[done:])])
+
+
+def strange(text: str) -> str:
+    """Return the letters of a text, each once, for which pdfLaTeX has no type."""
+    own = {each for each in text if not each.isascii() and each not in KNOWN}
+    return "".join(sorted(each for each in own if not normalize("NFD", each)[0].isascii()))
 
 
 def unit(text: str) -> str:
@@ -64,7 +99,7 @@ def tabular(
     """
     columns = "".join("r" if each else "l" for each in right)
     head = " & ".join(escaped(name) + (f" [{unit(u)}]" if u else "") for name, u in headings)
-    body = [_line(line) for line in lines]
+    body = [_line(line, right) for line in lines]
     words = [one_line(each).rstrip(":.") for each in (title, note) if one_line(each)]
     caption = " ".join(f"{escaped(each)}." for each in words)
     caption = rf"\caption{{{caption}}}" if caption else ""
@@ -79,8 +114,17 @@ def tabular(
         opening = [r"\begin{table}", r"\centering", *([caption] if caption else [])]
         above = [*opening, rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head + end, r"\midrule"]
         below = [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
-    return "\n".join([f"% needs the packages {packages}", *above, *body, *below]) + "\n"
+    text = "\n".join([*above, *body, *below]) + "\n"
+    letters = strange(text)
+    needed = f"; LuaLaTeX or XeLaTeX, and a type that has {letters}" if letters else ""
+    return f"% needs the packages {packages}{needed}\n{text}"
 
 
-def _line(cells: Sequence[str]) -> str:
-    return " & ".join(map(escaped, cells)) + r" \\" if cells else r"\addlinespace"
+def _line(cells: Sequence[str], right: Sequence[bool]) -> str:
+    if not cells:
+        return r"\addlinespace"
+    shown = [
+        number(cell) if each else escaped(cell) for cell, each in zip(cells, right, strict=True)
+    ]
+    guard = "{}" if shown[0].startswith(("[", "*")) else ""  # no argument of the line before
+    return guard + " & ".join(shown) + r" \\"

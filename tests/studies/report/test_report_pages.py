@@ -15,8 +15,10 @@ import pyarrow.parquet as pq
 import pytest
 import report_runs
 
+from studies.core.figures import sheet, write_figures
 from studies.main import main
 from studies.report.frames import read_csv, typed
+from studies.report.images import pictures_of
 from studies.report.kept import read
 from studies.report.names import known
 from studies.report.page import MARK, page
@@ -137,6 +139,20 @@ def test_of_many_runs_some_are_shown_and_the_rest_named(tmp_path: Path) -> None:
     pq.write_table(pa.table({**content, **more}), folder / "results.parquet")
     html = page([read(folder)])
     assert "The first 200 of 100,000 rows." in html and len(html) < LARGEST
+
+
+def test_figures_have_their_captions(tmp_path: Path) -> None:
+    """As they were written, whatever is in them; a caption of none is none."""
+    run = report_runs.study(tmp_path / "run")
+    hostile = "**b** <b> [x](y) $x_1$ \\ 50 %"
+    figure = sheet(20, 20)
+    figure.set_label(hostile)
+    write_figures(run, [("one_case", figure), ("bare", sheet(20, 20))], ("png",))
+    shown = {each.name: each.caption for each in pictures_of(run)[0]}
+    assert shown["one_case"] == hostile and shown["bare"] == ""
+    assert "<b>one_case</b> **b** &lt;b&gt; [x](y)" in page([read(run)])
+    (run / "figures" / "captions.md").write_text("anything\n**one")
+    assert {each.caption for each in pictures_of(run)[0]} == {""}
 
 
 def test_an_unfinished_run_says_so(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def words() -> list[Words]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a robot, a study, a log and a run."""
     made = tmp_path_factory.mktemp("typed")
-    for name in ("arm.xml", "mine.toml", "log.csv"):
+    for name in ("arm.xml", "mine.toml", "log.csv", "seen.rrd", "done.json", "old.html"):
         (made / name).write_text("")
     (made / "runs").mkdir()
     return made
@@ -145,21 +145,27 @@ def test_values(complete: Callable[[str], set[str]]) -> None:
     assert complete("tune --controller f") == {"fractional"}
     assert complete("completion ") & {*SCRIPTS} == {*SCRIPTS}
     assert complete("compare --period ") == set()
+    assert complete("play --plant ") == {"chain", "untuned", "rod"}
 
 
-def test_files(complete: Callable[[str], set[str]]) -> None:
-    everything = {"arm.xml", "mine.toml", "log.csv", "script", "runs"}
+def test_files(complete: Callable[[str], set[str]], folder: Path) -> None:
+    everything = {each.name for each in folder.iterdir()} | {"script"}
     for typed, ending in (
         ("compare --mjcf ", "arm.xml"),
         ("watch ", "arm.xml"),
         ("run ", "mine.toml"),
         ("drive --torque ", "log.csv"),
-        ("view ", "runs"),
+        ("view ", "seen.rrd"),
         ("follow --controller ", "runs"),
         ("compare --out ", "runs"),
+        ("play ", "arm.xml"),
+        ("play --record ", "seen.rrd"),
+        ("play --replay ", "done.json"),
+        ("view --save ", "seen.rrd"),
+        ("report --out ", "old.html"),
     ):
         found = complete(typed) & everything
-        assert ending in found and "script" not in found, typed
+        assert found == {ending, "runs"}, typed
     assert {"script", "runs"} <= complete("filter --export ")
 
 
