@@ -51,6 +51,18 @@ def pages(folder: Path) -> list[Content]:
     return found
 
 
+def _shown(path: Path) -> str:
+    """Return a table as the run has it for reading; without that, the first of its rows.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    for_reading = path.with_suffix(".md")
+    if for_reading.is_file() and for_reading.stat().st_size <= TEXT_MOST:
+        return read_text(for_reading, TEXT_MOST, "table")
+    return csv_table(path)
+
+
 def csv_table(path: Path) -> str:
     """Return the first rows and columns of a CSV file in markdown.
 

@@ -140,6 +140,14 @@ def test_what_has_no_recording_shows_figures_and_tables(runs: Path, tmp_path: Pa
     assert {"a figure", "tables", "how it was made"} <= titles(path)
 
 
+def test_a_table_for_reading_is_preferred(runs: Path, tmp_path: Path) -> None:
+    run = Path(shutil.copytree(runs / "plain", tmp_path / "run"))
+    (run / "rows.md").write_text("| x |\n| ---: |\n| 0.12 [0.11, 0.13] |\n")
+    assert main(["view", str(run), "--save", str(tmp_path / "it.rrd")]) == 0
+    said = text(tmp_path / "it.rrd", "/pages/tables")
+    assert "# rows.csv" in said and "0.12 [0.11, 0.13]" in said and "0.123457" not in said
+
+
 def test_anything_stands_beside_anything(runs: Path, tmp_path: Path) -> None:
     path = tmp_path / "all.rrd"
     words = [str(runs / name) for name in ("plain", "one", "tune1")]
