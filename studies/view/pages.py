@@ -42,9 +42,7 @@ def pages(folder: Path) -> list[Content]:
             raise RunError(f"{path}: cannot read the figure: it is no PNG file")
         page = Page(path.stem.replace("_", " "), f"pages/{path.stem}", image=True)
         found.append(Content(page, content))
-    tables = [
-        f"# {escaped(path.name)}\n\n{csv_table(path)}" for path in sorted(folder.glob("*.csv"))
-    ]
+    tables = [f"# {escaped(path.name)}\n\n{_shown(path)}" for path in sorted(folder.glob("*.csv"))]
     if tables:
         found.append(Content(Page("tables", "pages/tables"), "\n\n".join(tables)))
     found.append(Content(Page("how it was made", "pages/config"), made(folder)))
