@@ -18,7 +18,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from flexsim.recording.traces import kind, spoken
-from studies.core.figures import BLUE, COLOURS, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from studies.core.figures import BLUE, COLOURS, GREEN, ORANGE, PURPLE, SKY, VERMILION, raised
 from studies.core.text import spelled
 from studies.report.names import scaled
 from studies.report.points import Point
@@ -176,7 +176,7 @@ def _bars(
 
 
 def _axis_title(metric: str, unit: str) -> str:
-    drawn = scaled(unit)[0]
+    drawn = raised(scaled(unit)[0])
     return label(metric) + (f" [{label(drawn)}]" if drawn else "")
 
 

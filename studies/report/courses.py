@@ -39,7 +39,7 @@ FILES_MOST = 24  # of time series that are looked into
 RUNS = re.compile(r"(\d{1,12})-(\d{1,12})\.parquet")  # the first and the last of a file
 MM = 1e3
 DIGITS = 6
-INDEX = "performance index (5) [m2 s]"
+INDEX = "performance index (5) [m² s]"
 PANELS = ("tip error [mm]", "v [mm]", "torque 1 [N m]", "torque 2 [N m]")
 SERIES = ("run", "t", "x", "y", "x_ref", "y_ref", "v", "tau1", "tau2")
 

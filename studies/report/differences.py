@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from flexsim.recording.traces import spoken
+from studies.core.figures import raised
 from studies.report.charts import Chart, interval_chart
 from studies.report.frames import finite
 from studies.report.kept import STUDY, Kept
@@ -141,7 +142,7 @@ def _alone(rows: Unpaired) -> str:
 
 def _pair_cells(pair: Pair) -> list[Cell]:
     difference = pair.difference
-    unit = "" if pair.unit in PLAIN else f" [{pair.unit}]"
+    unit = "" if pair.unit in PLAIN else f" [{raised(pair.unit)}]"
     return [
         *(Cell(text) for text in (pair.file, pair.of, pair.metric + unit)),
         *(_side_cell(side) for side in (pair.first, pair.second)),

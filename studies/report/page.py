@@ -23,6 +23,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
+from studies.core.figures import raised
 from studies.report.charts import Chart, interval_chart
 from studies.report.courses import courses
 from studies.report.differences import differences, named, numbers
@@ -180,6 +181,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters["sorted_by"] = sorted_by
+    made.filters["raised"] = raised
     return made
 
 

@@ -146,3 +146,20 @@ def test_beside_a_csv_file_lie_both(tmp_path: Path) -> None:
     head = (tmp_path / "plain.md").read_text().splitlines()[0]
     assert head == "| name | plant | length | index |"
     assert cells(body((tmp_path / "plain.tex").read_text())[0]) == 4
+
+
+def test_what_is_wider_than_a_page_is_several_tables() -> None:
+    headings = [("case", ""), *((f"quantity_{i}", "mm") for i in range(30))]
+    lines = [["line", *(f"{i}.5" for i in range(30))], [], ["circle", *("1.25",) * 30]]
+    text = tabular(headings, [False] + [True] * 30, lines, "Rows")
+    parts = text.split("% needs the packages")[1:]
+    assert len(parts) > 3 and f"Rows (part 1 of {len(parts)})." in parts[0]
+    for part in parts:
+        first, *others = [each.split(" & ") for each in body(part)]
+        assert first[0] == "case" and all(len(each) == len(first) for each in others)
+        assert [each[0] for each in others] == ["line", "circle"]
+        widest = max(len(name.replace("$", "")) for name in first[1:])
+        assert widest * len(first) < 3 * 110
+    found = [name for part in parts for name in body(part)[0].rstrip("\\ ").split(" & ")[1:]]
+    assert [name.split(" [")[0] for name in found] == [f"quantity\\_{i}" for i in range(30)]
+    assert tabular(headings[:4], [True] * 4, [["1"] * 4], "Rows").count("needs the packages") == 1

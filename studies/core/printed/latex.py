@@ -16,6 +16,7 @@ from unicodedata import normalize
 from studies.core.text import one_line
 
 LONG = 40  # lines: more go over several pages
+WIDEST, GAP = 110, 3  # characters: of a table in 8 points on 174 mm, and between columns
 SPECIAL = {
     **{character: f"\\{character}" for character in "%_&#${}"},
     **{"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"},
@@ -92,11 +93,48 @@ def tabular(
 ) -> str:
     """Return a table as a float, or over pages if it is long; needs booktabs, and then longtable.
 
+    What is wider than a page is several tables, each with the first column.
+
     Args:
         headings: of the columns, each with its unit or without. right: which are numbers.
         lines: of cells, as many as there are columns; one with none is a gap.
         title, note: the caption; nothing for neither.
     """
+    parts = _parts(headings, lines)
+    written = []
+    for i, chosen in enumerate(parts):
+        said = f"{one_line(title).rstrip(':.')} (part {i + 1} of {len(parts)})"
+        shown = [[line[k] for k in chosen] if line else [] for line in lines]
+        of = ([headings[k] for k in chosen], [right[k] for k in chosen], shown)
+        written.append(_tabular(*of, said.strip() if len(parts) > 1 else title, note))
+    return "\n".join(written)
+
+
+def _parts(headings: Sequence[tuple[str, str]], lines: Sequence[Sequence[str]]) -> list[list[int]]:
+    """Return which columns stand beside each other, so that a page is wide enough."""
+    full = [line for line in lines if line]
+    widths = [
+        GAP + max([len(name) + len(u) + 3 * bool(u), *(len(line[k]) for line in full)])
+        for k, (name, u) in enumerate(headings)
+    ]
+    parts, used = [[0]], widths[0]
+    for k in range(1, len(headings)):
+        if used + widths[k] > WIDEST and len(parts[-1]) > 1:
+            parts.append([0])
+            used = widths[0]
+        parts[-1].append(k)
+        used += widths[k]
+    return parts
+
+
+def _tabular(
+    headings: Sequence[tuple[str, str]],
+    right: Sequence[bool],
+    lines: Sequence[Sequence[str]],
+    title: str,
+    note: str,
+) -> str:
+    """Return a table that is narrow enough."""
     columns = "".join("r" if each else "l" for each in right)
     head = " & ".join(escaped(name) + (f" [{unit(u)}]" if u else "") for name, u in headings)
     body = [_line(line, right) for line in lines]

@@ -155,6 +155,13 @@ def test_figures_have_their_captions(tmp_path: Path) -> None:
     assert {each.caption for each in pictures_of(run)[0]} == {""}
 
 
+def test_units_have_their_powers_raised(tmp_path: Path) -> None:
+    run = report_runs.study(tmp_path / "run")
+    (run / "more.csv").write_text("case,index\na,0.5\nb,0.25\n")
+    html = page([read(run)])
+    assert "<small>m² s</small>" in html and "<small>m2 s</small>" not in html
+
+
 def test_an_unfinished_run_says_so(tmp_path: Path) -> None:
     tuning = report_runs.tuning(tmp_path / "tuning", finished=False)
     html = page([read(tuning)])
