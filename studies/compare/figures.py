@@ -301,7 +301,8 @@ def summary_figure(rows: Sequence[CompareRow]) -> Figure:
     _legend(axes, plants)
     first = rows[0]
     caption = (
-        "Half-width of the envelope of the tip around its reference: medians with 95 % intervals, "
-        f"beside the paper's. Setting {first.setting}, hardware {first.hardware}, where not named."
+        "Half-width of the envelope of the tip around its reference: medians with 95 % intervals "
+        "where there are six runs or more, beside the paper's. Setting "
+        f"{first.setting}, hardware {first.hardware}, where not named."
     )
     return finish(figure, [axes], legend=2 if width == SINGLE else 4, caption=caption)

@@ -109,15 +109,38 @@ def read_events(path: Path, facts: Mapping[str, Any]) -> tuple[list[Event], int]
                 f"{name} is of a loop whose {spelled(key)} is {spelled(str(value))}, not "
                 f"{spelled(str(facts[key]))}; give the same"
             )
+    for key in ("events", "periods"):
+        if key not in content:
+            raise ParameterError(f"{name} is damaged: it has no {key}")
+    if not isinstance(content["events"], list):
+        raise ParameterError(f"{name} is damaged: its events are no list")
+    events = [
+        _read_event(each, f"{name}: event {i + 1}") for i, each in enumerate(content["events"])
+    ]
     try:
-        events = [_event(each) for each in content["events"]]
         periods = _whole(content["periods"])
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+    except (TypeError, ValueError) as error:
         raise ParameterError(f"{name} is damaged: {spelled(str(error))}") from None
     order = [event.period for event in events]
     if order != sorted(order):
         raise ParameterError(f"{name} is damaged: its events are not in order")
     return events, periods
+
+
+def _read_event(plain: Any, name: str) -> Event:
+    """Return an event from JSON.
+
+    Raises:
+        ParameterError: it is none; `name` says which.
+    """
+    if not isinstance(plain, dict):
+        raise ParameterError(f"{name} is damaged: it is {spelled(str(plain))}, no object")
+    try:
+        return _event(plain)
+    except KeyError as error:
+        raise ParameterError(f"{name} is damaged: it has no {error.args[0]}") from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"{name} is damaged: {spelled(str(error))}") from None
 
 
 def _whole(value: Any) -> int:

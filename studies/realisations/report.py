@@ -213,7 +213,12 @@ def loop_figure(loops: Sequence[LoopRow]) -> Figure:
         log_axis(axes.xaxis, most=4)
         axes.margins(x=0.12)
         axes.set(title=shape, xlabel=f"index (5) [{INDEX_UNIT}]")
-    panels[0].plot([], [], "x", color="0.4", linestyle="none", label="diverged, or cannot be built")
+    if any(row.index is None or not math.isfinite(row.index) for row in loops):
+        label = "diverged, or cannot be built"
+        panels[0].plot([], [], "x", color="0.4", linestyle="none", label=label)
     name_lines(panels[0], [f"{name}, {terms}" for name, terms in chosen])
-    caption = "Index (5) by realisation and number of terms: medians with 95 % intervals."
+    caption = (
+        "Index (5) by realisation and number of terms: medians with 95 % intervals where there are "
+        "six runs or more."
+    )
     return finish(figure, panels, legend=3, caption=caption)

@@ -97,7 +97,7 @@ def envelope_figure(rows: Sequence[RunRow]) -> Figure:
     panels[0].margins(x=0.12)
     caption = (
         "Half-width of the envelope of the tip around its reference in the cases of Figures "
-        "3 to 6: medians with 95 % intervals, beside the paper's."
+        "3 to 6: medians with 95 % intervals where there are six runs or more, beside the paper's."
     )
     return finish(figure, panels, legend=5, caption=caption)
 
@@ -162,6 +162,7 @@ def transfer_figure(rows: Sequence[RunRow]) -> Figure:
     bar.set_label("envelope half-width [mm]")
     caption = (
         "Half-width of the envelope [mm] of every controller on every trajectory: medians, below "
-        "them their 95 % intervals. Framed: the trajectory that the controller was tuned for."
+        "them their 95 % intervals, from six runs on. Framed: the trajectory that the controller "
+        "was tuned for."
     )
     return finish(figure, panels, caption=caption)

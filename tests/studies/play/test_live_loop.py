@@ -220,6 +220,9 @@ def test_a_reference_is_held_or_comes_again() -> None:
         ),
         ({"loop": {"controller": "line"}}, "controller is line"),
         ({"periods": True}, "damaged"),
+        ({"events": [3]}, "event 1 is damaged: it is 3, no object"),
+        ({"events": [{"period": 1}]}, "event 1 is damaged: it has no push"),
+        ({"events": 5}, "is damaged: its events are no list"),
     ],
 )
 def test_files_of_events_are_read_with_care(
