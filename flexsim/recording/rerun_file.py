@@ -90,6 +90,11 @@ def write_rrd(
     write_bytes(path, content, "the recording")
 
 
+def entity_part(name: str) -> str:
+    """Return a name from outside as one part of an entity's path."""
+    return rr.escape_entity_path_part(name)
+
+
 def log_text(stream: rr.RecordingStream, path: str, text: str) -> None:
     """Record a markdown text."""
     stream.log(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)

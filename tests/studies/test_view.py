@@ -183,6 +183,25 @@ def test_a_study_is_carried_out_again(tmp_path: Path) -> None:
     assert f"run {row['run']}" in text(path, "/circle/notes")
 
 
+def test_any_name_of_a_figure_or_a_run_will_do(
+    runs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Names from outside are no paths of entities; runs of one name are told apart by folder."""
+    odd = tmp_path / "plain"
+    shutil.copytree(runs / "plain", odd)
+    (odd / "figures" / "a_figure.png").rename(odd / "figures" / "a [b]\n'c'.png")
+    path = tmp_path / "odd.rrd"
+    assert main(["view", str(odd), str(runs / "plain"), "--save", str(path)]) == 0
+    assert "WARN" not in capfd.readouterr().err
+    found = chunks(path)
+    assert {"/plain/pages/a\\ \\[b\\]\\n\\'c\\'", "/plain_/pages/a_figure"} <= set(found)
+    (name,) = {
+        each.to_record_batch().column("RecordingInfo:name")[0].as_py()[0]
+        for each in found["/__properties"]
+    }
+    assert name == f"{odd} | {runs / 'plain'}"
+
+
 def test_a_run_that_is_not_finished_says_so(runs: Path, tmp_path: Path) -> None:
     (tmp_path / "half").mkdir()
     (tmp_path / "half" / ".flexsim-run").write_text('{"flexsim": "run", "unfinished": true}')
