@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -109,6 +110,20 @@ def test_a_recording_is_opened_as_it_is(runs: Path, started: Callable[[], list[l
     opened = [runs / "one" / "run.rrd"] * 2 + [runs / "tune1" / "convergence.rrd"]
     assert [words[0] for words in started()] == [str(path.resolve()) for path in opened]
     assert ["--web-viewer" in words for words in started()] == [False, True, False]
+
+
+def test_two_may_be_shown_in_browsers_at_once(
+    runs: Path, started: Callable[[], list[list[str]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        monkeypatch.setattr(rerun_file, "WEB_PORT", other.getsockname()[1])
+        assert main(["view", str(runs / "one"), "--web"]) == 0
+    assert main(["view", str(runs / "one"), "--web"]) == 0
+    first, second = started()
+    assert first[-5:] == ["--web-viewer", "--port", "auto", "--web-viewer-port", "0"]
+    assert second[-3:] == ["--web-viewer", "--port", "auto"]
 
 
 def test_several_stand_side_by_side(
