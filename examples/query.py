@@ -43,5 +43,7 @@ def apart(path: Path, case: str) -> dict[str, float]:
 
 if __name__ == "__main__":
     recording = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/compare/run.rrd")
+    if not recording.is_file():
+        sys.exit(f"there is no {recording}; make one with flexsim compare")
     for name in sys.argv[2:] or ("tuned_line", "tuned_two-loop", "tuned_circle"):
         print(name, {key: round(value, 4) for key, value in apart(recording, name).items()})

@@ -29,6 +29,7 @@ from flexsim.recording.traces import MM, difference, longest, spoken
 CURVES, BAND, APART = "curves", "band", "difference"  # two entities; a component
 BROAD, THIN, FINE = 3.4, 1.2, 0.7  # widths of curves [points]: the first plant's lies below
 DIM = 0.62  # brightness of what belongs to a curve: ends of its band, what hardware made of it
+SHADE = 0.55  # of another thin curve of the same colour
 UNCHANGED = 1e-9  # what a chain's v differs by when it is computed in another way, and less
 MODES_SHOWN = 3
 BAND_STEP = 0.005  # [s] over which the ends of all runs are taken together
@@ -193,12 +194,16 @@ def panel_of(case: Case, tables: Mapping[str, Columns], quantity: Quantity) -> P
     name = quantity.field
     series: list[Series] = []
     words: list[str] = []
+    thin: list[Colour] = []
     for plant in case.motions:
         if name not in _fields(tables, CURVES, component(plant)):
             continue
-        broad = not words
-        words.append(f"{'broad' if broad else 'thin'} {word(plant)}: {spoken(plant)}")
-        series += _of_plant(tables, plant, quantity, BROAD if broad else THIN)
+        broad, rgb, shade = not words, colour(plant), word(plant)
+        while rgb in thin and not broad:  # of one kind, as chain:10 and chain: told by shades
+            rgb, shade = dimmed(rgb, SHADE), f"dark {shade}"
+        thin += [] if broad else [rgb]
+        words.append(f"{'broad' if broad else 'thin'} {shade}: {spoken(plant)}")
+        series += _of_plant(tables, plant, quantity, BROAD if broad else THIN, rgb)
     if not series:
         return None
     if any(each.entity == BAND for each in series):
@@ -216,10 +221,10 @@ def _fields(tables: Mapping[str, Columns], entity: str, name: str) -> Fields:
 
 
 def _of_plant(
-    tables: Mapping[str, Columns], plant: str, quantity: Quantity, width: float
+    tables: Mapping[str, Columns], plant: str, quantity: Quantity, width: float, rgb: Colour
 ) -> list[Series]:
     """Return one plant's curves of a quantity, what lies on top last."""
-    name, said, rgb = component(plant), spoken(plant), colour(plant)
+    name, said = component(plant), spoken(plant)
     dim: Colour = dimmed(rgb, DIM)
     found = [
         Series(BAND, name, f"{quantity.field}_{end}", f"{said}, {end} of all runs", dim, FINE)

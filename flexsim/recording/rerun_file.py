@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import socket
 import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -18,6 +19,7 @@ from flexsim.files.atomic import write_bytes
 from flexsim.files.cleanup import child
 
 APPLICATION = "flexsim"
+WEB_PORT = 9090  # rerun's own
 PLANS = "plans"  # the property that has what a recording's layout is made from
 # `python -m rerun_cli` would do, but ends with status 0 whatever happened
 RERUN_TOOL = (
@@ -90,6 +92,11 @@ def write_rrd(
     write_bytes(path, content, "the recording")
 
 
+def entity_part(name: str) -> str:
+    """Return a name from outside as one part of an entity's path."""
+    return rr.escape_entity_path_part(name)
+
+
 def log_text(stream: rr.RecordingStream, path: str, text: str) -> None:
     """Record a markdown text."""
     stream.log(path, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
@@ -114,7 +121,7 @@ def open_recording(path: Path, web: bool = False) -> None:
     if not path.is_file():
         raise RunError(f"there is no recording {path}; give an .rrd file that exists")
     command = [*RERUN_TOOL, str(path.resolve()), "--bind", "127.0.0.1"]
-    command += ["--web-viewer"] if web else []
+    command += ["--web-viewer", *_other_ports()] if web else []
     try:
         with child(command) as viewer:
             status = viewer.wait()
@@ -123,6 +130,17 @@ def open_recording(path: Path, web: bool = False) -> None:
     if status not in (0, 130):
         hint = "see its message above" if web else "without a display, use --web"
         raise RunError(f"the rerun viewer ended with status {status}; {hint}")
+
+
+def _other_ports() -> list[str]:
+    """Return how a web viewer is told to leave the ports of another that runs to it."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as rerun does
+        try:
+            tried.bind(("127.0.0.1", WEB_PORT))
+        except OSError:
+            return ["--port", "auto", "--web-viewer-port", "0"]
+    return ["--port", "auto"]
 
 
 def fix_ids(part: rrb.Container | rrb.View, seed: uuid.UUID) -> None:

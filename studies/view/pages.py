@@ -14,6 +14,7 @@ from flexsim.errors import RunError
 from flexsim.files.reading import MIB, read_regular, read_text
 from flexsim.recording.joined import Content
 from flexsim.recording.panels import Page
+from flexsim.recording.rerun_file import entity_part
 from flexsim.recording.texts import escaped, table
 from studies.core.folder import CONFIG
 from studies.core.marker import MARKER
@@ -40,7 +41,8 @@ def pages(folder: Path) -> list[Content]:
         content = read_regular(path, FIGURE_MOST, "figure")
         if not content.startswith(PNG):
             raise RunError(f"{path}: cannot read the figure: it is no PNG file")
-        page = Page(path.stem.replace("_", " "), f"pages/{path.stem}", image=True)
+        title = " ".join(path.stem.replace("_", " ").split())
+        page = Page(title, f"pages/{entity_part(path.stem)}", image=True)
         found.append(Content(page, content))
     tables = [f"# {escaped(path.name)}\n\n{_shown(path)}" for path in sorted(folder.glob("*.csv"))]
     if tables:

@@ -107,7 +107,9 @@ def composed(config: ViewConfig) -> Iterator[Path]:
             if recording is not None:
                 tabs += tabs_of(plans_of(recording, chunks_of(recording)))
             contents = pages(run) if run.is_dir() else []
-            parts.append(Part(root, run.name or str(run), recording, contents))
+            alone = sum(each.name == run.name for each in config.run) == 1
+            title = run.name if run.name and alone else str(run)
+            parts.append(Part(root, title, recording, contents))
         if config.case and config.case not in tabs:
             known = ", ".join(dict.fromkeys(tabs))
             raise ParameterError(f"--case {config.case!r}: there is none; choose one of {known}")

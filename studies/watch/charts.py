@@ -23,9 +23,9 @@ from studies.watch.save import Save
 Colour = tuple[int, int, int]
 
 PITCH, HALF_HEIGHT = 0.3, 0.13  # of rows, in widths of the chart
-LABEL_AT, TICK_AT = 1.25, 0.24  # right of the start, below the last baseline, in widths
+LABEL_AT, TICK_AT = 1.32, 0.24  # right of the start, below the last baseline, in widths
 BOUNDS = rrb.VisualBounds2D(
-    x_range=(-0.08, 1.48), y_range=(-HALF_HEIGHT - 0.05, 2 * PITCH + TICK_AT + 0.05)
+    x_range=(-0.08, 1.6), y_range=(-HALF_HEIGHT - 0.05, 2 * PITCH + TICK_AT + 0.05)
 )
 GREY, FAINT = colour("reference"), (90, 94, 100)
 BROAD, THIN = 1.6, 0.8  # radii [points]

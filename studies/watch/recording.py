@@ -128,7 +128,9 @@ def layout(saves: Sequence[Save]) -> rrb.Blueprint:
         shapes = rrb.Spatial2DView(origin="/mode_shapes", name=SHAPES_TITLE, visual_bounds=BOUNDS)
         drawn = rrb.Spatial2DView(origin="/history", name=HISTORY_TITLE, visual_bounds=BOUNDS)
         plotted = rrb.TimeSeriesView(origin="/history_hz", name=HISTORY_PLOT_TITLE)
-        right = rrb.Grid(*plots, shapes, rrb.Tabs(drawn, plotted), *looped, grid_columns=2)
+        modes = rrb.Vertical(shapes, rrb.Tabs(drawn, plotted), name="modes")
+        closed = [rrb.Vertical(*looped, name="closed loop")] if looped else []
+        right = rrb.Tabs(rrb.Vertical(*plots, name="open loop"), modes, *closed)
         left = rrb.Vertical(scene, texts, row_shares=[6, 4])
         root = rrb.Horizontal(left, right, column_shares=[44, 56])
     return arranged(root, name="watch")

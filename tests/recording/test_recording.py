@@ -425,6 +425,15 @@ def test_what_hardware_changes_is_shown_beside_what_it_was() -> None:
     )
 
 
+def test_plants_of_one_kind_are_told_apart() -> None:
+    case = made_up_cases()[0]
+    plants = ("assumed-modes", "chain", "chain:10", "chain:4")
+    several = replace(case, motions=dict.fromkeys(plants, case.motions["chain"]))
+    first = panels(several, columns(several))[0]
+    assert len({(each.colour, each.width) for each in first.series}) == len(plants)
+    assert "thin blue: chain · thin dark blue: chain 10 · thin dark dark blue" in first.title
+
+
 def test_texts_from_outside_are_no_markdown() -> None:
     case = replace(made_up_cases()[0], trajectory="a|b *c* <d> [e](f)")
     said = notes(case, ["-"])

@@ -36,7 +36,7 @@ from flexsim.recording.panels import Page, Plan
 from flexsim.recording.rrd import plan_of, write_recording
 from flexsim.recording.scene import HOLLOW
 from flexsim.recording.tuning.convergence import BEST, MEDIAN, Course, write_convergence
-from flexsim.recording.tuning.live import LiveTuning
+from flexsim.recording.tuning.live import LiveTuning, across
 from studies.watch.recording import RecordingFile
 from studies.watch.save import answered
 
@@ -315,6 +315,11 @@ def test_a_tuning_while_it_runs(screen: Screen, case: Case) -> None:
     assert of_colour(chart, BEST).any() and of_colour(chart, MEDIAN).any()
     (map_,) = (image for name, image in seen.items() if name.startswith("the best individual"))
     assert of_colour(map_, COLOURS["assumed-modes"]).sum() > 50
+
+
+def test_generations_count_from_one_to_the_chart_s_end() -> None:
+    assert list(across(np.arange(1, 6), 5)) == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert across(1, 1) == 0.0
 
 
 def test_a_watched_file(screen: Screen, tmp_path: Path) -> None:

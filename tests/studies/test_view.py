@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -111,6 +112,20 @@ def test_a_recording_is_opened_as_it_is(runs: Path, started: Callable[[], list[l
     assert ["--web-viewer" in words for words in started()] == [False, True, False]
 
 
+def test_two_may_be_shown_in_browsers_at_once(
+    runs: Path, started: Callable[[], list[list[str]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        monkeypatch.setattr(rerun_file, "WEB_PORT", other.getsockname()[1])
+        assert main(["view", str(runs / "one"), "--web"]) == 0
+    assert main(["view", str(runs / "one"), "--web"]) == 0
+    first, second = started()
+    assert first[-5:] == ["--web-viewer", "--port", "auto", "--web-viewer-port", "0"]
+    assert second[-3:] == ["--web-viewer", "--port", "auto"]
+
+
 def test_several_stand_side_by_side(
     runs: Path, started: Callable[[], list[list[str]]], tmp_path: Path
 ) -> None:
@@ -189,6 +204,25 @@ def test_a_study_is_carried_out_again(tmp_path: Path) -> None:
     )
     assert error.max() == pytest.approx(1e3 * row["max_error"], rel=1e-6)
     assert f"run {row['run']}" in text(path, "/circle/notes")
+
+
+def test_any_name_of_a_figure_or_a_run_will_do(
+    runs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Names from outside are no paths of entities; runs of one name are told apart by folder."""
+    odd = tmp_path / "plain"
+    shutil.copytree(runs / "plain", odd)
+    (odd / "figures" / "a_figure.png").rename(odd / "figures" / "a [b]\n'c'.png")
+    path = tmp_path / "odd.rrd"
+    assert main(["view", str(odd), str(runs / "plain"), "--save", str(path)]) == 0
+    assert "WARN" not in capfd.readouterr().err
+    found = chunks(path)
+    assert {"/plain/pages/a\\ \\[b\\]\\n\\'c\\'", "/plain_/pages/a_figure"} <= set(found)
+    (name,) = {
+        each.to_record_batch().column("RecordingInfo:name")[0].as_py()[0]
+        for each in found["/__properties"]
+    }
+    assert name == f"{odd} | {runs / 'plain'}"
 
 
 def test_a_run_that_is_not_finished_says_so(runs: Path, tmp_path: Path) -> None:

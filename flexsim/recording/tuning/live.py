@@ -80,7 +80,7 @@ class LiveTuning:
             self.stream.disconnect()
         self.stream = new_stream(f"{APPLICATION} tune", uuid.uuid4())
         self.stream.connect_grpc(self.url)
-        number = len(course.best) - 1
+        number = len(course.best)
         self.stream.send_recording_name(f"generation {number}, {course.best[-1]:.4g}")
         self.stream.send_blueprint(layout(course, case, self.parameters), make_active=True)
         if case is not None:
@@ -128,8 +128,8 @@ def log_chart(stream: rr.RecordingStream, course: Course, most: int) -> None:
     ticks = [math.ceil(low) + i for i in range(int(math.floor(high) - math.ceil(low)) + 1)]
     places = [[-0.06, -HEIGHT * (tick - low) / (high - low) - 0.02] for tick in ticks]
     said = [f"{tick:d}" for tick in ticks]
-    steps = sorted({0, most // 4, most // 2, 3 * most // 4, most})
-    places += [[step / max(most, 1), 0.03] for step in steps]
+    steps = sorted({1, *(max(1, k * most // 4) for k in (1, 2, 3)), most})
+    places += [[across(step, most), 0.03] for step in steps]
     said += [f"generation {step}" if step == most else f"{step}" for step in steps]
     style: dict[str, Any] = {"colors": [colour("reference")], "radii": rr.Radius.ui_points(0.0)}
     texts = rr.Points2D(places, labels=said, show_labels=True, **style)
@@ -151,4 +151,9 @@ def _placed(values: Array, course: Course, most: int) -> Array:
     low, high = _range(course)
     shown = np.flatnonzero(np.isfinite(values) & (values > NOTHING))
     height = (np.log10(values[shown]) - low) / (high - low)
-    return np.column_stack([shown / max(most, 1), -HEIGHT * height])
+    return np.column_stack([across(shown + 1, most), -HEIGHT * height])
+
+
+def across(generation: Any, most: int) -> Any:
+    """Return where generations are on the chart, the first being 1, as the words say it."""
+    return (generation - 1) / max(most - 1, 1)
