@@ -43,6 +43,7 @@ from studies.watch.save import answered
 VIEWER = Path(rerun_cli.__file__).parent / "rerun"
 RENDERERS = ("/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d")
 PATIENCE = 60.0  # [s] for a viewer on a busy machine
+DRAWN = 0.3  # [s] for what is there to be drawn
 NOW = 1.2  # [s] at which is looked
 PIXEL = 1.0  # by which what is drawn may be off, beside half a line's width
 CLOSE = 60  # of a colour, summed over its channels
@@ -75,6 +76,7 @@ class Screen:
             pytest.fail(f"not shown: {state.loading} {wrong}")
         if any(t.name == "simulation_time" for r in state.recordings for t in r.timelines):
             self.client.set_time("simulation_time", duration=NOW, play_state="paused")
+        time.sleep(DRAWN)
 
     def views(self, *kinds: str) -> dict[str, np.ndarray]:
         """Return what is seen of the views of some kinds, (H, W, 3), by their names."""
@@ -277,7 +279,12 @@ def test_figures_and_tables_are_pages(screen: Screen, tmp_path: Path) -> None:
     pages = [Content(Page("a figure", "pages/a", image=True), image.getvalue())]
     write_joined(tmp_path / "pages.rrd", [Part("", "run", None, pages)])
     screen.show(tmp_path / "pages.rrd")
-    assert of_colour(screen.views("2D")["a figure"], (213, 94, 0)).mean() > 0.2
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:  # an image is unpacked beside the drawing
+        if of_colour(screen.views("2D")["a figure"], (213, 94, 0)).mean() > 0.2:
+            break
+    else:
+        pytest.fail("the figure is not seen")
     words = [Content(Page("tables", "pages/t"), "| head |\n|---|\n| cell |")]
     write_joined(tmp_path / "words.rrd", [Part("", "run", None, words)])
     screen.show(tmp_path / "words.rrd")

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+import rerun as rr
 from processes import PATIENCE, ROOT, flexsim, of_session, process, wait_for
 
 from flexsim import model_path
@@ -135,7 +136,10 @@ sys.exit(main())
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_viewer_ends_with_its_command(words: str, number: signal.Signals, tmp_path: Path) -> None:
     """And so does what it started; Ctrl-C is how both are ended, and no failure."""
-    (tmp_path / "run.rrd").touch()
+    with rr.RecordingStream("flexsim") as stream:
+        stream.save(tmp_path / "run.rrd")
+        stream.log("a", rr.Scalars(1.0))
+    stream.disconnect()
     (tmp_path / "my.xml").write_text(model_path("chain6.xml").read_text())
     with process([sys.executable, "-c", VIEWS, *words.split()], cwd=tmp_path) as viewing:
         wait_for(lambda: len(started_by(viewing.pid)) == 2, viewing)
