@@ -20,7 +20,7 @@ import rerun as rr
 from rerun.chunk import Chunk, LazyStore, RrdReader
 
 from flexsim.errors import RunError
-from flexsim.recording.layout import OVERVIEW, Beside, layout
+from flexsim.recording.layout import Beside, layout
 from flexsim.recording.panels import Page, Plan, plans_from, plans_text
 from flexsim.recording.rerun_file import (
     PLANS,
@@ -135,6 +135,7 @@ def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
 
     Raises:
         RunError: a part is no recording of ours, or the file cannot be written.
+        ParameterError: there is no such tab.
     """
     found = [(part, chunks_of(part.recording) if part.recording else []) for part in parts]
     every = [
@@ -160,17 +161,12 @@ def write_joined(path: Path, parts: Sequence[Part], shown: str = "") -> None:
                 entity = f"{part.root}/{each.page.entity}" if part.root else each.page.entity
                 _log_page(stream, entity, each.content)
 
+    arrangement = layout(every, shown=shown)
     identity = uuid.uuid5(uuid.NAMESPACE_URL, f"flexsim:{digest.hexdigest()}")
     stream = new_stream(arranged_as(repr((every, shown))), identity)
-    write_rrd(path, stream, layout(every, shown=shown), log)
+    write_rrd(path, stream, arrangement, log)
 
 
 def _all_plans(every: Sequence[Beside]) -> list[Plan]:
     """Return the plans of all recordings as of one, named by the paths of their cases."""
     return [replace(plan, name=of.path(plan.name)[1:]) for of in every for plan in of.plans]
-
-
-def tabs_of(plans: Sequence[Plan]) -> list[str]:
-    """Return the names of the tabs of one recording."""
-    overview = [OVERVIEW] if len(plans) > 1 and all(plan.scene for plan in plans) else []
-    return [*overview, *(plan.name for plan in plans)]

@@ -20,6 +20,7 @@ from rerun import SeriesLines
 from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 from rerun.components import Plane3D
 
+from flexsim.errors import ParameterError
 from flexsim.recording.colours import BACKGROUND
 from flexsim.recording.drawn.states import KEY
 from flexsim.recording.panels import Page, Panel, Plan, Series
@@ -284,13 +285,18 @@ def layout(
     Args:
         every: at least one. more: tabs after those of the cases. shown: name of the tab on top,
             the first unless given.
+
+    Raises:
+        ParameterError: there is no tab of that name.
     """
     full = [of for of in every if of.plans or of.pages]
     tabs: list[rrb.Container | rrb.View] = []
     if full:
         tabs = _alone(full[0]) if len(full) == 1 else _together(full)
     tabs += more
-    names = [tab.name for tab in tabs]
+    names = [str(tab.name) for tab in tabs]
+    if shown and shown not in names:
+        raise ParameterError(f"there is no tab {shown!r}; choose one of {', '.join(names)}")
     timeline = next((plan.timeline for of in full for plan in of.plans), TIMELINE)
-    root = rrb.Tabs(*tabs, active_tab=names.index(shown) if shown in names else 0)
+    root = rrb.Tabs(*tabs, active_tab=names.index(shown) if shown else 0)
     return arranged(root, timeline, playing=timeline == TIMELINE)

@@ -21,6 +21,7 @@ from flexsim.numerics.types import Array
 from flexsim.recording.band import Band
 from flexsim.recording.case import Case
 from flexsim.recording.colours import FAINT, Colour, colour, dimmed
+from flexsim.recording.curves import BAND_STEP
 from flexsim.recording.drawn.arms import (
     FRAME,
     beam_segments,
@@ -120,8 +121,8 @@ def remarks(case: Case, sheet: Sheet) -> list[str]:
     if case.bands:
         runs = max(band.runs for band in case.bands.values())
         found.append(
-            f"Thin curves are the least and the largest of up to {runs} runs at every sample, "
-            "dark paths some of these runs."
+            f"Thin curves are the least and the largest of up to {runs} runs, over every "
+            f"{MM * BAND_STEP:g} ms; dark paths are some of these runs."
         )
     return found
 

@@ -96,23 +96,18 @@ def composed(config: ViewConfig) -> Iterator[Path]:
         RunError: as `recording_of`, or what a run holds cannot be read.
         ParameterError: there is no such case.
     """
-    from flexsim.recording.joined import Part, chunks_of, plans_of, tabs_of, write_joined
+    from flexsim.recording.joined import Part, write_joined
     from studies.view.pages import pages
 
     with ExitStack() as stack:
         private = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="flexsim-view-")))
-        parts, tabs = [], []
+        parts = []
         for i, (run, root) in enumerate(zip(config.run, _roots(config.run), strict=True)):
             recording = recording_of(run) or _study(run, private / f"{i}.rrd", config)
-            if recording is not None:
-                tabs += tabs_of(plans_of(recording, chunks_of(recording)))
             contents = pages(run) if run.is_dir() else []
             alone = sum(each.name == run.name for each in config.run) == 1
             title = run.name if run.name and alone else str(run)
             parts.append(Part(root, title, recording, contents))
-        if config.case and config.case not in tabs:
-            known = ", ".join(dict.fromkeys(tabs))
-            raise ParameterError(f"--case {config.case!r}: there is none; choose one of {known}")
         path = private / "view.rrd"
         write_joined(path, parts, config.case)
         yield path

@@ -244,7 +244,7 @@ def test_a_run_that_is_not_finished_says_so(runs: Path, tmp_path: Path) -> None:
         (["one", "./one"], "the same run is named twice"),
         (
             ["one", "--case", "circle"],
-            "'circle': there is none; choose one of overview",
+            "there is no tab 'circle'; choose one of overview",
         ),
         (["one", "--save", "it.txt"], "--save it.txt: give a file that ends with .rrd"),
         (["one", "--save", "old.rrd"], "old.rrd exists already; name another file with --save, or"),
