@@ -20,11 +20,13 @@ import numpy as np
 from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.loop.hardware import (
+    EffectNumbers,
     HardwareNumbers,
     commands,
     mean_torque,
     measured,
     motor_step,
+    rippled,
     waiting_room,
 )
 from flexsim.loop.measuring import (
@@ -137,6 +139,7 @@ def run_one(  # type: ignore[no-untyped-def]
     slot,
     friction: FrictionNumbers,
     h: HardwareNumbers,
+    effects: EffectNumbers,
     loop: Loop,
     controllers: Controllers,
     i,
@@ -156,7 +159,7 @@ def run_one(  # type: ignore[no-untyped-def]
 
     Args:
         controllers, i: of all runs, and which of them is this run's.
-        number: of the run, which decides its noise. h: hardware.
+        number: of the run, which decides its noise. h, effects: hardware.
         stride: record every stride-th sample into states, torques, errors, applied and seen (what
             was measured); 0 records nothing.
         yard: what is measured into sums, points still waiting; nothing if it has no points.
@@ -202,6 +205,7 @@ def run_one(  # type: ignore[no-untyped-def]
         for _ in range(loop.substeps):
             m1, x1 = motor_step(h, c1, x1)
             m2, x2 = motor_step(h, c2, x2)
+            m1, m2 = rippled(effects, m1, m2, state[0], state[1])
             tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return np.inf, k * loop.period
@@ -217,6 +221,8 @@ def run_all(  # type: ignore[no-untyped-def]
     friction_first,
     hardwares,
     hardware_first,
+    effects,
+    effects_first,
     loops,
     loop_first,
     yards,
@@ -246,6 +252,7 @@ def run_all(  # type: ignore[no-untyped-def]
         plant = nth(plants, plant_first, which[i, 0])
         friction = nth(frictions, friction_first, which[i, 1])
         hardware = nth(hardwares, hardware_first, which[i, 2])
+        effect = nth(effects, effects_first, which[i, 2])
         loop = nth(loops, loop_first, which[i, 3])
         yard = nth(yards, yard_first, which[i, 4])
         waiting = np.empty((WAITING_MOST, 4))
@@ -255,6 +262,7 @@ def run_all(  # type: ignore[no-untyped-def]
             get_thread_id(),
             friction,
             hardware,
+            effect,
             loop,
             controllers,
             i,

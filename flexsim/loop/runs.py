@@ -22,6 +22,7 @@ from flexsim.loop.hardware import (
     commands,
     mean_torque,
     motor_step,
+    rippled,
     waiting_room,
 )
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
@@ -209,7 +210,7 @@ def motion_of(
 
 
 @jit
-def _drive(plant, friction, h, state, torque, substeps, states, applied):  # type: ignore[no-untyped-def]
+def _drive(plant, friction, h, effects, state, torque, substeps, states, applied):  # type: ignore[no-untyped-def]
     """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
 
     Return the rows of states filled.
@@ -229,6 +230,7 @@ def _drive(plant, friction, h, state, torque, substeps, states, applied):  # typ
             for _ in range(substeps):
                 m1, x1 = motor_step(h, c1, x1)
                 m2, x2 = motor_step(h, c2, x2)
+                m1, m2 = rippled(effects, m1, m2, state[0], state[1])
                 tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
                 if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                     return k
@@ -286,7 +288,8 @@ def drive(
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
-        rows = _drive(coefficients, friction, built, start, tau, substeps, states, applied)
+        effects = setting.hardware.effects.numbers()
+        rows = _drive(coefficients, friction, built, effects, start, tau, substeps, states, applied)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)

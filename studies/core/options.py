@@ -131,6 +131,9 @@ class HardwareNumberOptions:
     """Noise on v, root mean square [m], its seed the command's; the hardware's own unless given."""
     hardware_lag: float | None = None
     """Time constant of the motors' first-order lag [s]; the hardware's own unless given."""
+    hardware_with: tuple[str, ...] = ()
+    """More of sensors, motors and joints, as ripple=0.02,0.02 (in studies/README.md); none unless
+    given."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -100,6 +100,7 @@ class Arm:
             self.body.coefficients,
             self.friction.numbers(),
             self.hardware.numbers(loop.period, loop.substeps),
+            self.hardware.effects.numbers(),
             loop,
             self.controllers,
             self._memory,

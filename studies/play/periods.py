@@ -18,7 +18,15 @@ from numba.extending import overload
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, has_left, tip_of
 from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
-from flexsim.loop.hardware import HardwareNumbers, commands, mean_torque, measured, motor_step
+from flexsim.loop.hardware import (
+    EffectNumbers,
+    HardwareNumbers,
+    commands,
+    mean_torque,
+    measured,
+    motor_step,
+    rippled,
+)
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
@@ -211,6 +219,7 @@ def run_periods(  # type: ignore[no-untyped-def]
     plant: Any,
     friction: FrictionNumbers,
     h: HardwareNumbers,
+    effects: EffectNumbers,
     loop: Loop,
     controllers: Controllers,
     memory: Memory,
@@ -249,6 +258,7 @@ def run_periods(  # type: ignore[no-untyped-def]
         for _ in range(loop.substeps):
             m1, x1 = motor_step(h, c1, x1)
             m2, x2 = motor_step(h, c2, x2)
+            m1, m2 = rippled(effects, m1, m2, state[0], state[1])
             tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return i, i + 1

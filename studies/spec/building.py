@@ -21,7 +21,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
+from flexsim.loop.hardware import Hardware, JointEffects, Sensing
 from flexsim.loop.measuring import Yardstick, yardstick
 from flexsim.loop.populations import Stage
 from flexsim.loop.runs import loop_of
@@ -185,8 +185,7 @@ class Workshop:
             with self.within("settings", combo.setting):
                 friction = Friction(**{f.name: getattr(part, f.name) for f in fields(Friction)})
             with self.within("hardware", combo.hardware):
-                numbers = {f.name: getattr(built, f.name) for f in fields(Hardware)[:-1]}
-                hardware = Hardware(**numbers, seed=self.study.seed)
+                hardware = _hardware_of(built, self.study.seed)
             return Setting(part.name, friction, "", part.I_m1, part.I_m2, hardware)
 
         return both, self._once("setting", both, make)
@@ -351,6 +350,18 @@ def robot_of(part: Any, inputs: Any) -> Robot:
     if (part.stiffness, part.density, payload) == (1.0, 1.0, 0.0):
         return found
     return found.changed(part.stiffness, part.density, payload)
+
+
+def _hardware_of(part: Any, seed: int) -> Hardware:
+    """Return sensors, computer, motors and joints of a resolved file's table."""
+
+    def own(kind: type) -> dict[str, Any]:
+        return {f.name: getattr(part, f.name) for f in fields(kind) if hasattr(part, f.name)}
+
+    numbers = own(Hardware) | {"seed": seed}
+    return Hardware(
+        **numbers, sensing=Sensing(**own(Sensing)), effects=JointEffects(**own(JointEffects))
+    )
 
 
 def path_of(part: Any) -> Path:

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, create_model
 
 from flexsim.arm.parameters import Parameters
+from flexsim.loop.hardware import JointEffects, Sensing
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
@@ -209,7 +210,7 @@ class SettingPart(Part):
     I_m2: Finite | None = None
 
 
-class HardwarePart(Part):
+class _Hardware(Part):
     """Sensors, computer and motors: named ones, and what is other than there."""
 
     name: str | None = None
@@ -219,6 +220,20 @@ class HardwarePart(Part):
     counts: int | None = None
     noise_v: float | None = None
     lag: float | None = None
+
+
+def _kinds(kind: type) -> dict[str, Any]:
+    """Return the numbers of a part of the laboratory, each of which may be left out."""
+    forms: dict[type, Any] = {tuple: Pair, str: str, float: float}
+    return {item.name: (forms[type(item.default)] | None, None) for item in fields(kind)}
+
+
+LABORATORY = (Sensing, JointEffects)
+HardwarePart: Any = create_model(
+    "HardwarePart",
+    __base__=_Hardware,
+    **{name: each for kind in LABORATORY for name, each in _kinds(kind).items()},
+)
 
 
 class NumbersPart(Part):

@@ -49,6 +49,7 @@ from studies.tuning.found import FoundController, controller_of, found_in
 from studies.tuning.individuals import TEXTBOOK, in_si
 
 INPUTS = "inputs"
+PARTED = ("seed", "sensing", "effects")  # of a Hardware, which a study file has no table of
 PATHS = {
     **TRAJECTORIES,
     **{f"reconstructed-{name}": path for name, path in RECONSTRUCTED_TRAJECTORIES.items()},
@@ -360,5 +361,6 @@ def _hardware(part: HardwarePart) -> dict[str, Any]:
         raise ParameterError(f"use is {name!r}; {choice(name, list(HARDWARE))}")
     base: Hardware = HARDWARE[name]
     own = part.model_dump(exclude={"name", "use"}, exclude_none=True)
-    found = {key: each for key, each in vars(base).items() if key != "seed"}
+    found = {key: each for key, each in vars(base).items() if key not in PARTED}
+    found |= vars(base.sensing) | vars(base.effects)
     return _plain({"name": part.name or name, **found, **own})

@@ -90,6 +90,7 @@ def _names(names: Any) -> str | tuple[str, ...]:
 
 FROM_JSON: Mapping[str, Callable[[Any], Any]] = {  # of values that JSON has in another type
     "weights": tuple,
+    "hardware_with": tuple,
     "hardware_torque_limit": lambda limit: limit if limit is None else tuple(limit),
     "robot": lambda numbers: Parameters(**numbers),
     "modal_damping": tuple,

@@ -67,7 +67,7 @@ class Tuning:
         population, generations, patience, survivors: see `GeneticSettings`.
         screen: candidates at most per individual drawn, those kept whose linear loop does not
             grow, see `studies.tuning.screened_draws`; 0 for no screening.
-        hardware: names; hardware_delay, ..., hardware_lag: numbers instead of their own, see
+        hardware: names; hardware_delay, ..., hardware_with: numbers instead of their own, see
             `studies.core.options`. All individuals have the same noise, by the seed.
         payloads: at the tip, beside the robot's own [kg].
         long_hold: length of a hold [s] that runs are repeated with, in which they may not diverge.
@@ -133,6 +133,7 @@ class Tuning:
     hardware_counts: int | None = None
     hardware_noise: float | None = None
     hardware_lag: float | None = None
+    hardware_with: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in COUNTS:

@@ -6,12 +6,12 @@
 `ideal` is the paper's: measured, computed and applied in one instant. `bench` is *assumed*: numbers
 that a bench of this size would have. The order of things at a sample:
 
-1. theta1 and theta2 are read from encoders, rounded to a count; v carries noise;
+1. theta1 and theta2 are read from encoders, rounded to a count; v carries noise (`.sensing`);
 2. the controllers compute a command, which waits for `delay` samples;
 3. it is limited, to the lesser of the hardware's and the friction setting's limit;
 4. the motor follows with a first-order lag, and each physics step gets the mean of what the motor
    gives over that step, exactly;
-5. friction, then the plant.
+5. friction and what else is at the joints (`.effects`), then the plant.
 
 Noise is a number per seed, run and sample (`flexsim.numerics.noise`): the same on every plant and
 any number of threads, another in each run of a population.
@@ -20,16 +20,19 @@ any number of threads, another in each run of a population.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from flexsim.errors import ParameterError
-from flexsim.numerics.jit import jit
-from flexsim.numerics.noise import MASK, SEED_MOST, normal
-from flexsim.numerics.types import Array
+from flexsim.loop.hardware.effects import JointEffects
+from flexsim.loop.hardware.numbers import HardwareNumbers, lag_factors
+from flexsim.loop.hardware.parts import changed_words, given_parts
+from flexsim.loop.hardware.sensing import Sensing
+from flexsim.numerics.noise import SEED_MOST
 
 COUNTS_MOST = 2**53  # per turn: a double's own digits, beyond any encoder
 DELAY_MOST = 100  # samples, a tenth of a second at 1 kHz; the linear loop has two states for each
@@ -54,6 +57,7 @@ class Hardware:
         noise_v: root mean square of the noise on v [m].
         lag: time constant of the motors' first-order lag [s].
         seed: of the noise.
+        sensing: what else there is to sensors. effects: to motors and joints.
 
     Raises:
         ParameterError: a number out of range.
@@ -65,6 +69,8 @@ class Hardware:
     noise_v: float = 0.0
     lag: float = 0.0
     seed: int = 0
+    sensing: Sensing = field(default_factory=Sensing)
+    effects: JointEffects = field(default_factory=JointEffects)
 
     def __post_init__(self) -> None:
         if not _whole(self.delay) or not 0 <= self.delay <= DELAY_MOST:
@@ -95,8 +101,9 @@ class Hardware:
     @property
     def ideal(self) -> bool:
         """Whether nothing is in the way, whatever the seed."""
-        exact = self.counts == 0 and self.noise_v == 0.0
-        return exact and self.delay == 0 and self.lag == 0.0 and min(self.torque_limit) == math.inf
+        exact = self.counts == 0 and self.noise_v == 0.0 and self.sensing == Sensing()
+        still = self.delay == 0 and self.lag == 0.0 and self.effects == JointEffects()
+        return exact and still and min(self.torque_limit) == math.inf
 
     def words(self) -> str:
         """Return it in words, for notes and tables."""
@@ -110,7 +117,8 @@ class Hardware:
             (self.noise_v, f"{1e3 * self.noise_v:g} mm rms of noise on v (seed {self.seed})"),
             (self.lag, f"motor lag of {1e3 * self.lag:g} ms"),
         )
-        return ", ".join(text for there, text in parts if there)
+        own = [text for there, text in parts if there]
+        return ", ".join([*own, *changed_words(self.sensing), *changed_words(self.effects)])
 
     def numbers(self, period: float, substeps: int) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
@@ -119,12 +127,16 @@ class Hardware:
             period: control period [s], of `substeps` physics steps.
         """
         decay, mean = lag_factors(self.lag, period / substeps)
+        quantum_1, quantum_2 = (
+            2 * math.pi / (self.counts * gear) if self.counts else 0.0 for gear in self.sensing.gear
+        )
         return HardwareNumbers(
             self.ideal,
             int(self.delay),
             float(self.torque_limit[0]),
             float(self.torque_limit[1]),
-            2 * math.pi / self.counts if self.counts else 0.0,
+            quantum_1,
+            quantum_2,
             float(self.noise_v),
             self.lag > 0,
             decay,
@@ -160,9 +172,13 @@ def overridden(
     hardware_counts: int | None = None,
     hardware_noise: float | None = None,
     hardware_lag: float | None = None,
+    hardware_with: Sequence[str] = (),
     seed: int = 0,
 ) -> Hardware:
     """Return the named hardware, with those of its numbers that are given.
+
+    Args:
+        hardware_with: numbers of `Sensing` and `JointEffects` as texts, such as 'gear=50,50'.
 
     Raises:
         ParameterError: there is none of that name, or a number is out of range.
@@ -175,96 +191,6 @@ def overridden(
         "lag": hardware_lag,
     }
     changes: dict[str, Any] = {name: x for name, x in given.items() if x is not None}
-    return replace(named(hardware), seed=seed, **changes)
-
-
-def lag_factors(lag: float, time: float) -> tuple[float, float]:
-    """Return what is left of a motor's distance from its command after a time, and on average.
-
-    x(t) - u = (x(0) - u) e^(-t/lag) under a command u held; (0, 0) without a lag.
-
-    Args:
-        lag, time: [s].
-    """
-    if lag == 0.0:
-        return 0.0, 0.0
-    return math.exp(-time / lag), -math.expm1(-time / lag) * lag / time
-
-
-class HardwareNumbers(NamedTuple):
-    """A `Hardware` as plain numbers, for compiled code.
-
-    Attributes:
-        quantum: angle of a count [rad], 0 for exact. lagging: whether there is a lag.
-        decay, mean: `lag_factors` over a physics step; mean_period: the second over a period.
-    """
-
-    ideal: bool
-    delay: int
-    limit_1: float
-    limit_2: float
-    quantum: float
-    noise_v: float
-    lagging: bool
-    decay: float
-    mean: float
-    mean_period: float
-    seed: int
-
-
-@jit
-def measured(h: HardwareNumbers, run: int, sample: int, theta1: float, theta2: float, v: float):  # type: ignore[no-untyped-def]
-    """Return theta1, theta2 [rad] and v [m] as the controllers get them.
-
-    Args:
-        run: whose noise it is. sample: at which the measurement is taken.
-    """
-    if h.ideal:
-        return theta1, theta2, v
-    if h.quantum > 0.0:
-        theta1 = h.quantum * np.floor(theta1 / h.quantum + 0.5)
-        theta2 = h.quantum * np.floor(theta2 / h.quantum + 0.5)
-    if h.noise_v > 0.0:
-        v += h.noise_v * normal(h.seed, run & MASK, sample)
-    return theta1, theta2, v
-
-
-@jit
-def waiting_room(h: HardwareNumbers) -> Array:
-    """Return room (delay, 2) for the commands that wait, at first zero."""
-    return np.zeros((h.delay, 2))
-
-
-@jit
-def commands(h: HardwareNumbers, waiting: Array, sample: int, u1: float, u2: float, f1, f2):  # type: ignore[no-untyped-def]
-    """Return the commands that reach the motors: those of `delay` samples ago, limited [N m].
-
-    Args:
-        waiting: of `waiting_room`, overwritten. u1, u2: of the controllers, now.
-        f1, f2: limits of the friction setting; the lesser of these and the hardware's holds.
-    """
-    if h.delay > 0:
-        row = sample % h.delay
-        now1, now2 = u1, u2
-        u1, u2 = waiting[row, 0], waiting[row, 1]
-        waiting[row, 0], waiting[row, 1] = now1, now2
-    limit_1, limit_2 = min(h.limit_1, f1), min(h.limit_2, f2)
-    return min(max(u1, -limit_1), limit_1), min(max(u2, -limit_2), limit_2)
-
-
-@jit
-def motor_step(h: HardwareNumbers, u: float, x: float):  # type: ignore[no-untyped-def]
-    """Return a motor's mean torque over a physics step, and its torque at the end [N m].
-
-    Args:
-        u: command, held. x: the motor's torque at the start.
-    """
-    if not h.lagging:
-        return u, u
-    return u + h.mean * (x - u), u + h.decay * (x - u)
-
-
-@jit
-def mean_torque(h: HardwareNumbers, u: float, x: float) -> float:
-    """Return a motor's mean torque over a control period [N m]; arguments as of `motor_step`."""
-    return u + h.mean_period * (x - u)
+    base = named(hardware)
+    parts = given_parts(hardware_with, (base.sensing, base.effects))
+    return replace(base, seed=seed, sensing=parts[0], effects=parts[1], **changes)

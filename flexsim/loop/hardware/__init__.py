@@ -1,0 +1,33 @@
+"""Sensors, computer, motors and joints of a laboratory: `base` has them, the rest their parts."""
+
+from flexsim.loop.hardware.base import HARDWARE, IDEAL, Hardware, named, overridden
+from flexsim.loop.hardware.effects import EffectNumbers, JointEffects, rippled
+from flexsim.loop.hardware.numbers import (
+    HardwareNumbers,
+    commands,
+    lag_factors,
+    mean_torque,
+    measured,
+    motor_step,
+    waiting_room,
+)
+from flexsim.loop.hardware.sensing import Sensing
+
+__all__ = [
+    "HARDWARE",
+    "IDEAL",
+    "EffectNumbers",
+    "Hardware",
+    "HardwareNumbers",
+    "JointEffects",
+    "Sensing",
+    "commands",
+    "lag_factors",
+    "mean_torque",
+    "measured",
+    "motor_step",
+    "named",
+    "overridden",
+    "rippled",
+    "waiting_room",
+]
