@@ -17,12 +17,11 @@ from numpy.typing import ArrayLike
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome
 from flexsim.loop.control.stacking import stack
-from flexsim.loop.friction import joint_torques
 from flexsim.loop.hardware import (
     commands,
+    joint_memory,
+    joint_step,
     mean_torque,
-    motor_step,
-    rippled,
     waiting_room,
 )
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
@@ -210,15 +209,14 @@ def motion_of(
 
 
 @jit
-def _drive(plant, friction, h, effects, state, torque, substeps, states, applied):  # type: ignore[no-untyped-def]
+def _drive(plant, friction, h, effects, state, torque, period, substeps, states, applied):  # type: ignore[no-untyped-def]
     """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
 
     Return the rows of states filled.
     """
     waiting = waiting_room(h)
-    x1 = x2 = 0.0
-    m = state.shape[0] // 2
-    work = work_space(m)
+    joints = joint_memory(state)
+    work = work_space(state.shape[0] // 2)
     for k in range(torque.shape[0] + 1):
         states[k, :] = state
         if not np.isfinite(np.sum(state)):
@@ -226,12 +224,11 @@ def _drive(plant, friction, h, effects, state, torque, substeps, states, applied
         if k < torque.shape[0]:
             u1, u2 = torque[k, 0], torque[k, 1]
             c1, c2 = commands(h, waiting, k, u1, u2, friction.limit_1, friction.limit_2)
-            applied[k, 0], applied[k, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+            applied[k, 0] = mean_torque(h, c1, joints[0])
+            applied[k, 1] = mean_torque(h, c2, joints[1])
             for _ in range(substeps):
-                m1, x1 = motor_step(h, c1, x1)
-                m2, x2 = motor_step(h, c2, x2)
-                m1, m2 = rippled(effects, m1, m2, state[0], state[1])
-                tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
+                t = k * period
+                tau_1, tau_2 = joint_step(friction, h, effects, joints, t, c1, c2, state)
                 if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                     return k
                 physics_step(plant, 0, state, tau_1, tau_2, work)
@@ -288,8 +285,9 @@ def drive(
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
-        effects = setting.hardware.effects.numbers()
-        rows = _drive(coefficients, friction, built, effects, start, tau, substeps, states, applied)
+        effects = setting.hardware.effects.numbers(period / substeps)
+        how = (friction, built, effects, start, tau, float(period), substeps)
+        rows = _drive(coefficients, *how, states, applied)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)

@@ -11,7 +11,6 @@ from flexsim.linear.controller_space import controller_states
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
 from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
@@ -62,7 +61,7 @@ def simulated_errors(
     chosen = Setting("linear", linear_friction(options), "a torque gain per joint")
     loop = loop_of(plant, ref, v_gain=options.v_gain)
     start = plant.rest_state(ref.joint[0])
-    linear = Hardware(delay=options.hardware.delay, lag=options.hardware.lag)
+    linear = options.hardware.linear
     stage = Stage(plant, chosen.friction.numbers(), loop, start, linear)
     outcome = run_population(stage, controllers, stride=1)
     return outcome.states, outcome.torques, outcome.errors

@@ -1,14 +1,16 @@
 """Sensors, computer, motors and joints of a laboratory: `base` has them, the rest their parts."""
 
 from flexsim.loop.hardware.base import HARDWARE, IDEAL, Hardware, named, overridden
-from flexsim.loop.hardware.effects import EffectNumbers, JointEffects, rippled
+from flexsim.loop.hardware.effects import EffectNumbers, JointEffects
+from flexsim.loop.hardware.joints import encoder_angles, joint_step
+from flexsim.loop.hardware.memory import joint_memory
 from flexsim.loop.hardware.numbers import (
     HardwareNumbers,
+    cascade,
     commands,
     lag_factors,
     mean_torque,
     measured,
-    motor_step,
     waiting_room,
 )
 from flexsim.loop.hardware.sensing import Sensing
@@ -21,13 +23,15 @@ __all__ = [
     "HardwareNumbers",
     "JointEffects",
     "Sensing",
+    "cascade",
     "commands",
+    "encoder_angles",
+    "joint_memory",
+    "joint_step",
     "lag_factors",
     "mean_torque",
     "measured",
-    "motor_step",
     "named",
     "overridden",
-    "rippled",
     "waiting_room",
 ]
