@@ -144,7 +144,7 @@ class HardwareOptions(HardwareNumberOptions):
 
     hardware: str = "ideal"
     """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
-    0.1 mm of noise on v)."""
+    0.1 mm of noise on v), or worn (that and worn joints, in studies/README.md)."""
 
     @property
     def hardware_numbers(self) -> dict[str, Any]:

@@ -100,8 +100,15 @@ class Hardware:
 
     @property
     def linear(self) -> Hardware:
-        """What of it a linear loop knows: delay and lags."""
-        only = JointEffects(amplifier=self.effects.amplifier)
+        """What of it a linear loop knows: delay, lags, and shafts without their gaps."""
+        own = self.effects
+        only = JointEffects(
+            amplifier=own.amplifier,
+            shaft=own.shaft,
+            shaft_damping=own.shaft_damping,
+            motor_inertia=own.motor_inertia,
+            encoder=own.encoder,
+        )
         return Hardware(delay=self.delay, lag=self.lag, effects=only)
 
     @property
@@ -160,10 +167,24 @@ class Hardware:
 
 
 IDEAL = Hardware()
+BENCH = Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4)  # *assumed*
+WORN = JointEffects(  # *assumed*; sources of the models in `.effects`
+    amplifier=1e-4,  # a current loop of 1.6 kHz
+    ripple=(0.02, 0.02),
+    cogging=(0.05, 0.01),  # 0.5 and 0.2 % of the torque limits
+    cold=(0.2, 0.2),
+    warm=(-0.1, -0.1),
+    pose=(0.1, 0.1),
+    backlash=(5e-4, 5e-4),  # 1.7 minutes of arc, of a good planetary gear
+    shaft=(2000.0, 200.0),
+    shaft_damping=(2.0, 0.05),
+    motor_inertia=(0.01, 5e-4),
+)
 HARDWARE = {
     "ideal": IDEAL,
     "delayed": Hardware(delay=1),  # ideal but for one sample of computing delay
-    "bench": Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4),  # *assumed*
+    "bench": BENCH,
+    "worn": replace(BENCH, effects=WORN),
 }
 
 
