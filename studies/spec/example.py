@@ -45,7 +45,7 @@ lead = 0.2
 [[settings]]
 use = "simulink"
 
-# Sensors, computer, motors: ideal, delayed, bench; or with numbers of your own
+# Sensors, computer, motors: ideal, delayed, bench, worn; or with numbers of your own
 [[hardware]]
 use = "bench"
 
