@@ -39,7 +39,7 @@ def with_bridges(
     """Return a sampled plant whose v is that of an estimator.
 
     Args:
-        A, B: (n, n), (n, 2) of the plant over a period. C: (3, n) to theta1, theta2 and the tip's v.
+        A, B: (n, n), (n, 2) of the plant over a period. C: (3, n) to theta1, theta2 and v.
         positions: (m, n) rows that take the plant's own m positions out of its states.
         told: (2, n) rows of the commands that reach the motors at a sample; zeros where they are
             the inputs themselves. b: of the plant.

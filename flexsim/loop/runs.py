@@ -217,7 +217,19 @@ def motion_of(
 
 @jit
 def _drive(  # type: ignore[no-untyped-def]
-    plant, friction, h, effects, bridges, state, run, torque, substeps, states, applied, seen, sensed
+    plant,
+    friction,
+    h,
+    effects,
+    bridges,
+    state,
+    run,
+    torque,
+    substeps,
+    states,
+    applied,
+    seen,
+    sensed,
 ):
     """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
 
