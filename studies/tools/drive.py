@@ -56,7 +56,7 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     flexsim chain writes them."""
     lock: tuple[Literal["joint1", "joint2"], ...] = ()
     """Joints that do not move: joint1, joint2 or both; none unless given."""
-    columns: Literal["true", "measured"] = "true"
+    log: Literal["true", "measured"] = "true"
     """What is written: the motion; or what a laboratory logs of it, through the sensors of
     --hardware: t,tau1,tau2,theta1,theta2,v, with bridges strain1,strain2, with tachometers w1,w2
     [s, N m, rad, m, -, rad/s]."""
@@ -204,7 +204,7 @@ def command(config: DriveConfig) -> None:
     require_replaceable(config.out, MOTION, config.force)
     driven, robot = run(config), config.robot_of()
     motion = driven.motion
-    write_motion(config.out, motion, config.force, config.columns)
+    write_motion(config.out, motion, config.force, config.log)
     v_most = float(np.abs(motion.v).max())
     notes = beyond(motion.plant, v_most, robot.parameters.L)
     if config.json:
