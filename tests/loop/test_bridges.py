@@ -15,7 +15,7 @@ from flexsim.loop.hardware.bridges import ramp_filter
 from flexsim.loop.hardware.estimators import kalman_filter, static_estimator
 from flexsim.loop.motion import Motion
 from flexsim.loop.settings import Setting
-from flexsim.loop.trajectories import Reference, Trajectory
+from flexsim.loop.trajectories import Trajectory
 from flexsim.numerics.noise import normal
 from flexsim.plants.curvature import curvature_of_modes
 from flexsim.plants.modes_plant import AssumedModesPlant
@@ -235,9 +235,7 @@ def test_the_filter_in_the_loop_is_the_filter(modes_plant: AssumedModesPlant) ->
     assert off[3] < 0.02 < off[1]
 
 
-def test_the_closed_loop_reads_as_the_rows_say(
-    plant: Plant, sampled: Reference | None = None
-) -> None:
+def test_the_closed_loop_reads_as_the_rows_say(plant: Plant) -> None:
     """What the controllers get in the batch's loop, noise by run; and two threads are the same."""
     sampled = reference(SHORT, P)
     built = replace(HARDWARE["bridges"], seed=2)
