@@ -84,7 +84,8 @@ def memory_of(seen: SeenLoop, plant_states: Array, torques: Array) -> Array:
     """
     n, size = seen.A.shape[0] - seen.memory, seen.memory
     memory = np.zeros((len(plant_states), size))
-    if size > 3 * COMMANDS and len(memory):  # the estimator starts at the angles that it reads
+    if size > 3 * COMMANDS and len(memory):  # it counts angles from those that it reads first:
+        # to its model, whose joints are free, that is to start at them
         memory[0, 3 * COMMANDS : 3 * COMMANDS + 2] = plant_states[0, :2]
     for k in range(len(memory) - 1):
         memory[k + 1] = (
