@@ -66,6 +66,17 @@ def alike(found, expected) -> None:  # type: ignore[no-untyped-def]
         np.testing.assert_array_equal(one, other)
 
 
+def test_worn_joints_and_their_friction_are_given_in_a_file() -> None:
+    text = BASE.replace('["bench"]', '[{ use = "worn", cold = [0.3, 0.1], encoder = "motor" }]')
+    lugre = '[{ law = "lugre", stiction = [2.0, 1.2], sigma_0 = [900.0, 90.0] }]'
+    shop = workshop(f"{text}settings = {lugre}\n")
+    stage = shop.stage(shop.matrix.run(0), NONE)
+    worn = replace(HARDWARE["worn"].effects, cold=(0.3, 0.1), encoder="motor")
+    assert stage.hardware == replace(HARDWARE["worn"], effects=worn, seed=1)
+    own = Friction("lugre", stiction=(2.0, 1.2), sigma_0=(900.0, 90.0))
+    assert stage.friction == own.numbers()
+
+
 def test_parts_are_those_of_the_library() -> None:
     shop = workshop()
     run = shop.matrix.run(0)
