@@ -30,6 +30,7 @@ from flexsim import (
     model_path,
 )
 from flexsim.loop.control.stacking import stack
+from flexsim.loop.friction import Friction
 from flexsim.loop.waypoints import Waypoints
 from studies.core.evidence.repeats import PERTURBATION, perturbed
 from studies.run.batches import Perturbations
