@@ -23,7 +23,7 @@ H = 1e-3  # [s]
 
 
 def held(f: Friction, rates: np.ndarray, step: float = H) -> tuple[np.ndarray, np.ndarray]:
-    """Return joint 1's friction [N m] and bristles' bend [rad] after every step, rates held."""
+    """Return joint 1's friction over every step [N m] and bristles' bend before it [rad]."""
     return along(f.numbers(), *numbers(step), step, np.asarray(rates, dtype=float))
 
 
@@ -92,7 +92,7 @@ def test_presliding_is_an_exponential_of_the_angle() -> None:
     """F = g (1 - exp(-sigma_0 x/g)) from rest at a slow rate: its slope at first is sigma_0."""
     w, g = 1e-4, curve(QUIET, 1e-4)
     _, bend = held(QUIET, np.full(30_000, w))
-    x = w * H * np.arange(1, 30_001)
+    x = w * H * np.arange(30_000)
     np.testing.assert_allclose(bend, g / 2000.0 * -np.expm1(-2000.0 * x / g), rtol=1e-9)
     first, _ = held(QUIET, np.full(2, w))
     assert first[0] == pytest.approx(2000.0 * w * H / 2, rel=1e-4)  # the mean over the step
@@ -100,11 +100,11 @@ def test_presliding_is_an_exponential_of_the_angle() -> None:
 
 def test_a_hysteresis_loop_closes_and_dissipates() -> None:
     phase = np.linspace(0, 2 * np.pi, 4001)
-    rates = np.tile(np.diff(1.5e-3 * np.sin(phase)) / H, 4)
+    rates = np.tile(np.diff(6e-3 * np.sin(phase)) / H, 4)
     torque, bend = held(QUIET, rates)
     work = (torque * rates * H).reshape(4, -1).sum(axis=1)
-    assert work[2] == pytest.approx(work[3], rel=1e-6) and work[3] > 0.1 * 4.0 * 1.5e-3
-    assert bend[-1] == pytest.approx(bend[-4001], rel=1e-6)
+    assert work[2] == pytest.approx(work[3], rel=1e-5) and work[3] > 0.5 * 4 * 6e-3 * 4.0
+    assert bend[-1] == pytest.approx(bend[-4001], rel=1e-5)
     slight = np.tile(np.diff(1e-6 * np.sin(phase)) / H, 2)  # of a spring there is hardly a loop
     torque, _ = held(QUIET, slight)
     stored = 2000.0 * 1e-6**2
@@ -116,9 +116,8 @@ def test_no_energy_is_made_however_stiff_the_bristles() -> None:
     rng = np.random.default_rng(4)
     rates = np.concatenate([s * rng.standard_normal(2000) for s in (1e-3, 0.05, 1.0, 30.0)])
     torque, bend = held(LUGRE, rates)
-    before = np.append(0.0, bend[:-1])
-    stored = 2000.0 / 2 * (bend**2 - before**2)
-    assert (torque * rates * H - stored >= -1e-12).all()
+    stored = 2000.0 / 2 * np.diff(bend**2)
+    assert ((torque * rates * H)[:-1] - stored >= -1e-12).all()
     assert np.abs(bend).max() * 2000.0 <= 1.5 * 4.0 * (1 + 1e-12)
     stiff = 2000.0 * np.abs(rates) * H / 4.0
     assert stiff.max() > 10  # where z + H z' leaves every bound
