@@ -39,28 +39,6 @@ def part(
     return field(default=default, metadata=metadata)
 
 
-def part_rows(*kinds: type) -> list[tuple[str, str, str, str, str]]:
-    """Return name, unit, default, meaning and source of every number of parts, for tables."""
-    return [
-        (
-            item.name,
-            item.metadata.get("unit", "-"),
-            _words(item.default),
-            item.metadata["meaning"],
-            item.metadata.get("source", "assumed"),
-        )
-        for kind in kinds
-        for item in fields(kind)
-    ]
-
-
-def part_table(*kinds: type) -> str:
-    """Return the numbers of parts as a table in Markdown."""
-    head = ("number", "unit", "off", "meaning", "source")
-    rows = [head, ("---",) * len(head), *part_rows(*kinds)]
-    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
-
-
 def word(default: str, choices: Sequence[str], meaning: str) -> Any:
     """Return a dataclass field of a part that is a word; one with a colon has a number behind it.
 
