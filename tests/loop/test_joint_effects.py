@@ -263,7 +263,7 @@ def test_shafts_and_warmth_bound_the_step() -> None:
     [
         ({"backlash": (1e-3, 0.0)}, "backlash is .*shaft of more than 0"),
         ({"shaft": (10.0, 0.0)}, "motor_inertia .*more than 0"),
-        ({"encoder": "hub"}, "encoder is 'hub'; choose joint or motor"),
+        ({"encoder": "hub"}, "is hub; choose one of joint, motor"),
         ({"warming": (0.0, 1.0)}, "warming .* above 0"),
         ({"cold": (-1.5, 0.0)}, "cold .* from -1"),
         ({"ripple": (2.0, 0.0)}, "ripple .*0 to 1"),
