@@ -117,7 +117,7 @@ def design_chain(parameters: Parameters, segments: int = SEGMENTS) -> ChainDesig
             passes its own checks.
     """
     reason = "three frequencies need three hinges, their couplings four; past 16 nothing is gained"
-    segments = _whole(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
+    segments = whole_segments(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
     a, k = fitted_chain(segments)
     return _report(parameters, np.array(a), np.array(k), TUNED)
 
@@ -128,7 +128,7 @@ def front(parameters: Parameters, segments: int = SEGMENTS) -> list[ChainDesign]
     Raises:
         ParameterError: segments is not a whole number from 4 to 16, or a fit fails.
     """
-    segments = _whole(segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose")
+    segments = whole_segments(segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose")
     fits = [fitted_chain(segments, weights) for weights in FRONT]
     found = [_report(parameters, np.array(a), np.array(k), TUNED) for a, k in fits]
     return sorted(found, key=lambda design: design.frequency[-1])
@@ -140,7 +140,7 @@ def plain_chain(parameters: Parameters, segments: int) -> ChainDesign:
     Raises:
         ParameterError: segments is not a whole number from 3 to 200.
     """
-    segments = _whole(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
+    segments = whole_segments(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
     a = (np.arange(segments) + 0.5) / segments
     return _report(parameters, a, np.full(segments, float(segments)), UNTUNED)
 
@@ -159,7 +159,7 @@ def thumb_chain(parameters: Parameters, segments: int) -> ChainDesign:
     Raises:
         ParameterError: segments is not a whole number from 3 to 200.
     """
-    segments = _whole(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
+    segments = whole_segments(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
     a = np.arange(1, segments + 1) / (segments + 1)
     return _report(parameters, a, np.full(segments, segments + 1.0), THUMB)
 
@@ -171,7 +171,8 @@ DESIGNS: dict[str, Callable[[Parameters, int], ChainDesign]] = {  # by the kind 
 }
 
 
-def _whole(segments: Any, least: int, most: int, reason: str) -> int:
+def whole_segments(segments: Any, least: int, most: int, reason: str) -> int:
+    """Return a number of segments, or raise a ParameterError unless it is whole and in range."""
     is_number = isinstance(segments, (int, np.integer)) and not isinstance(segments, bool)
     if not is_number or not least <= segments <= most:
         raise ParameterError(
