@@ -128,7 +128,9 @@ def front(parameters: Parameters, segments: int = SEGMENTS) -> list[ChainDesign]
     Raises:
         ParameterError: segments is not a whole number from 4 to 16, or a fit fails.
     """
-    segments = whole_segments(segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose")
+    segments = whole_segments(
+        segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose"
+    )
     fits = [fitted_chain(segments, weights) for weights in FRONT]
     found = [_report(parameters, np.array(a), np.array(k), TUNED) for a, k in fits]
     return sorted(found, key=lambda design: design.frequency[-1])

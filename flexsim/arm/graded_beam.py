@@ -1,7 +1,7 @@
 """A clamped beam whose stiffness and density change along it, with a load at the tip.
 
-    >>> beam = GradedBeam.uniform(0.5, EI=0.349, rho=0.157, thickness=0.5)   # half as thick at its tip
-    >>> finite_graded(beam).frequency[:3]                                    # [rad/s]
+    >>> beam = GradedBeam.uniform(0.5, EI=0.349, rho=0.157, thickness=0.5)
+    >>> finite_graded(beam).frequency[:3]     # [rad/s], of one half as thick at its tip
 
 Between stations stiffness and density are straight lines; a taper multiplies both by what the
 thickness and the width of a full section do to them. s runs from the clamp. Elements are Hermite
@@ -123,7 +123,7 @@ class GradedBeam:
 
 
 def finite_graded(beam: GradedBeam, out: bool = False, elements: int = ELEMENTS) -> FiniteBeam:
-    """Return a beam by finite elements, in or out of the plane; elements: at least, of the whole."""
+    """Return a beam by finite elements, in or out of the plane; elements: at least."""
     nodes = beam.nodes(elements)
     size = 2 * len(nodes)
     M, K, P, Q = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size), np.zeros(size)

@@ -59,8 +59,8 @@ KINDS = {  # what a file says of its chain, by its design
     ),
     THUMB: (
         "rule-of-thumb",
-        "The hinges are between equal cells h, the first fixed to the hub, with stiffness EI/h, as\n"
-        "    MuJoCo's cable had them: not tuned",
+        "The hinges are between equal cells h, the first fixed to the hub, with stiffness EI/h,\n"
+        "    as MuJoCo's cable had them: not tuned",
     ),
 }
 

@@ -4,12 +4,13 @@
     >>> result.rows[0].plant, result.rows[0].tips.tip_small, result.rows[0].us_per_ms
 
 Rigid link, assumed modes, the printed equations, chains tuned, untuned and by MuJoCo's rule of
-thumb, MuJoCo's rod: each with its frequencies, what a moment and a payload at its tip do, its tip under two torques against a converged reference, the envelope of one fixed
-controller in closed loop, and the cost of a simulated millisecond. The reference is the limit of
-untuned chains: their error falls with 1/N^2, so two of them extrapolate to it, and a coarser pair
-tells how far to trust that. In the limit they are the inextensible beam in plane, bent as far as
-it may be. Of a file's robot it is the file's chain at a tenth of its step. `.integrators`
-does the same for steps and integrators.
+thumb, MuJoCo's rod: each with its frequencies, what a moment and a payload at its tip do, its tip
+under two torques against a converged reference, the envelope of one fixed controller in closed
+loop, and the cost of a simulated millisecond. The reference is the limit of untuned chains: their
+error falls with 1/N^2, so two of them extrapolate to it, and a coarser pair tells how far to trust
+that. In the limit they are the inextensible beam in plane, bent as far as it may be. Of a file's
+robot it is the file's chain at a tenth of its step. `.integrators` does the same for steps and
+integrators.
 """
 
 from __future__ import annotations

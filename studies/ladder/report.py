@@ -155,9 +155,9 @@ def tables(result: LadderResult) -> list[Table]:
             AT_TIP,
             "Errors at the tip: its static rotation under a moment there; frequencies, hub\n"
             "locked, under a payload as heavy as the beam, its radius of gyration 0.2 L",
-            "Assumed modes: the sum over so many modes; of the loaded beam, so that its frequencies\n"
-            "are exact. n/a: no modes, no payload, a tip without rotation, another's or a file's "
-            "beam.",
+            "Assumed modes: the sum over so many modes; those of the loaded beam, so that its\n"
+            "frequencies are exact. n/a: no modes, no payload, a tip without rotation, or a\n"
+            "beam of another code or of a file.",
             prints="rows.csv",
         ),
         Table(

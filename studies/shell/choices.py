@@ -71,6 +71,8 @@ ENDINGS = {  # of the files, by the option's name; of one command by both
     "drive out": ".csv",
     "follow out": ".csv",
     "chain out": ".xml",
+    "beam out": ".xml",
+    "stations": ".csv",
     "export out": ANY_FILE,
     "view run": ".rrd",
     "view save": ".rrd",

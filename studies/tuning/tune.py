@@ -55,7 +55,8 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """line, two-loop or circle; line unless given."""
     plant: tuple[str, ...] | None = None
     """both, or some of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
-    untuned[:N], rule-of-thumb[:N], rod[:N], exudyn[:N]; the worst counts; assumed-modes unless given."""
+    untuned[:N], rule-of-thumb[:N], rod[:N], exudyn[:N]; the worst counts; assumed-modes unless
+    given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
     realisation: str | None = None
