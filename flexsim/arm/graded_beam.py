@@ -28,6 +28,7 @@ from flexsim.numerics.types import Array
 POINTS = 6  # of Gauss's rule to an element: exact to degree 11
 THINNEST = 0.01  # of the tip's thickness and width over the clamp's: a point has no stiffness
 MOST_STATIONS = 200
+CLOSEST = 2000  # stations to the length: shorter elements are singular to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +61,23 @@ class GradedBeam:
 
     @classmethod
     def uniform(
-        cls, length: float, EI: float, rho: float, EI_out: float | None = None, **more: float
+        cls,
+        length: float,
+        EI: float,
+        rho: float,
+        EI_out: float | None = None,
+        thickness: float = 1.0,
+        width: float = 1.0,
+        tip_mass: float = 0.0,
+        tip_inertia: float = 0.0,
     ) -> Self:
-        """Return a beam of one section at the clamp; more: taper and load."""
+        """Return a beam that is one section but for its taper; numbers at the clamp."""
         if not 0 < length < math.inf:
             raise ParameterError(f"length is {length:g} m; give a finite number above 0")
         out = EI if EI_out is None else EI_out
-        return cls(*map(np.array, ([0.0, length], [EI] * 2, [out] * 2, [rho] * 2)), **more)
+        place, ends = np.array([0.0, length]), np.ones(2)
+        load = (tip_mass, tip_inertia)
+        return cls(place, EI * ends, out * ends, rho * ends, thickness, width, *load)
 
     @property
     def length(self) -> float:
@@ -88,13 +99,15 @@ class GradedBeam:
     def bending(self, s: ArrayLike, out: bool = False) -> Array:
         """Return the bending stiffness at places (...,) [N m2], out of the plane if asked for."""
         thick, wide = self._section(s)
-        own = np.interp(s, self.place, self.EI_out if out else self.EI)
+        own = np.interp(np.asarray(s, dtype=float), self.place, self.EI_out if out else self.EI)
         return np.asarray(own * (thick * wide**3 if out else wide * thick**3))
 
     def density(self, s: ArrayLike) -> Array:
         """Return the linear density at places (...,) [kg/m]."""
         thick, wide = self._section(s)
-        return np.asarray(np.interp(s, self.place, self.rho) * thick * wide)
+        return np.asarray(
+            np.interp(np.asarray(s, dtype=float), self.place, self.rho) * thick * wide
+        )
 
     def _section(self, s: ArrayLike) -> tuple[Array, Array]:
         u = np.asarray(s, dtype=float) / self.length
@@ -172,6 +185,12 @@ def _require(beam: GradedBeam) -> None:
         raise ParameterError(f"the beam has {count} stations; give 2 to {MOST_STATIONS}")
     if beam.place[0] != 0 or not (np.diff(beam.place) > 0).all():
         raise ParameterError("the beam's stations do not rise from s = 0; sort them, clamp first")
+    nearest = float(np.diff(beam.place).min())
+    if not beam.length / CLOSEST <= nearest < math.inf:
+        raise ParameterError(
+            f"two of the beam's stations are {nearest:g} m apart; give at least the length over "
+            f"{CLOSEST}, {beam.length / CLOSEST:g} m"
+        )
     for name, unit, values in (
         ("EI", "N m2", beam.EI),
         ("EI out of the plane", "N m2", beam.EI_out),

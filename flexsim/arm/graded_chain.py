@@ -191,7 +191,8 @@ def _cells(beam: GradedBeam, position: Array, out: bool = False) -> Array:
     h = np.diff(nodes)
     s = nodes[:-1, None] + h[:, None] * (node + 1) / 2
     part = (weight / 2 / beam.bending(s, out)).sum(axis=1) * h
-    return np.bincount(np.searchsorted(middles, nodes[:-1], side="right"), part, len(position))
+    cell = np.searchsorted(middles, nodes[:-1], side="right")
+    return np.asarray(np.bincount(cell, part, len(position)), dtype=float)
 
 
 def _shares(a: Array, k: Array) -> Array:

@@ -138,7 +138,6 @@ def beam_of(config: BeamConfig) -> tuple[GradedBeam, bool]:
         RunError: the stations cannot be read.
     """
     own = {"length": config.length, "EI": config.EI, "rho": config.rho}
-    load = {"tip_mass": config.tip_mass, "tip_inertia": config.tip_inertia}
     if config.stations is not None:
         given = own | {"EI_out": config.EI_out}
         for name, value in given.items():
@@ -149,15 +148,17 @@ def beam_of(config: BeamConfig) -> tuple[GradedBeam, bool]:
                 )
         if (config.taper, config.taper_width) != (1, 1):
             raise ParameterError("--taper has no effect on --stations, which have it already")
+        as_given = (1.0, 1.0, config.tip_mass, config.tip_inertia)
         place, EI, EI_out, rho = read_stations(config.stations)
-        beam = GradedBeam(place, EI, EI if EI_out is None else EI_out, rho, **load)
+        beam = GradedBeam(place, EI, EI if EI_out is None else EI_out, rho, *as_given)
         return beam, EI_out is not None
     missing = ", ".join(f"--{name}" for name, value in own.items() if value is None)
     if config.length is None or config.EI is None or config.rho is None:
         raise ParameterError(f"{missing} missing; give the beam's numbers, or --stations FILE.csv")
-    taper = {"thickness": config.taper, "width": config.taper_width}
     numbers = (config.length, config.EI, config.rho, config.EI_out)
-    return GradedBeam.uniform(*numbers, **taper, **load), config.EI_out is not None
+    taper = (config.taper, config.taper_width)
+    beam = GradedBeam.uniform(*numbers, *taper, config.tip_mass, config.tip_inertia)
+    return beam, config.EI_out is not None
 
 
 def _check(config: BeamConfig) -> None:

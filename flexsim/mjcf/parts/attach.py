@@ -215,8 +215,8 @@ def _measured(text: str, model: mujoco.MjModel, part: BeamPart, source: str) -> 
         if joints and not np.abs(error).max() <= FREQUENCY_MOST:
             raise ModelError(
                 f"{source}: compiled, a frequency of the beam is off by {np.abs(error).max():.2g} "
-                "of itself; something in the file's compiler (settotalmass, boundmass, boundinertia, "
-                "balanceinertia) or defaults changes it: leave that out"
+                "of itself; something in the file's compiler (settotalmass, boundmass, "
+                "boundinertia, balanceinertia) or defaults changes it: leave that out"
             )
     highest = max(float(each[-1]) for each in found if len(each))
     return Attached(

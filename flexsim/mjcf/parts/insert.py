@@ -2,7 +2,7 @@
 
     >>> place = place_for(text, "wrist", "robot.xml")
     >>> text = with_part(text, place, body_lines(part), class_lines(part))
-    >>> text = with_keys(text, Added(address=7, count=6, ...), "robot.xml")
+    >>> text = with_keys(text, Added(qpos=7, qvel=6, joints=6), "robot.xml")
 
 Bodies go before the parent's end tag, so that no other body changes its place among its own;
 defaults are a section of their own; keyframes get a zero for every new joint, where it belongs.
@@ -33,7 +33,7 @@ class Added(NamedTuple):
 
     qpos: int
     qvel: int
-    count: int
+    joints: int
 
 
 def place_for(text: str, parent: str, source: str, whole: str) -> Place:
@@ -167,7 +167,7 @@ def with_keys(text: str, added: Added, source: str, whole: str) -> str:
     for element in own:
         tag = text[element.start : element.inner]
         for name, at in (("qpos", added.qpos), ("qvel", added.qvel)):
-            tag = _lengthened(tag, name, at, added.count)
+            tag = _lengthened(tag, name, at, added.joints)
         parts += [text[position : element.start], tag]
         position = element.inner
     return "".join([*parts, text[position:]])
