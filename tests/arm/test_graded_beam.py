@@ -120,7 +120,7 @@ def test_stations_of_a_step_are_pieces() -> None:
     EI, rho = np.array([2.0, 2.0, 1.0, 1.0]), np.array([1.5, 1.5, 1.0, 1.0])
     stepped = finite_graded(GradedBeam(place, EI, EI, rho)).frequency[:3]
     pieces = finite_beam([Piece(0.5, 2.0, 1.5), Piece(0.5, 1.0, 1.0)]).frequency[:3]
-    np.testing.assert_allclose(stepped, pieces, rtol=3e-6)
+    np.testing.assert_allclose(stepped, pieces, rtol=1e-4)  # the ramp is a thousandth long
 
 
 def test_the_chain_of_a_uniform_beam_is_the_tuned_one() -> None:
