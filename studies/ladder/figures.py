@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexsim.arm.chain_design import DESIGNS, THUMB
+from flexsim.arm.chain_design import DESIGNS
 from flexsim.recording.traces import kind
 from studies.core.figures import (
     BLUE,
@@ -76,8 +76,7 @@ def cost_figure(result: LadderResult) -> Figure:
     panels[0].set_ylabel("rms distance of the tip from the reference [m]")
     caption = (
         "Error of the driven tip over the cost on one core, small and large torques, against "
-        f"{result.reference.name}. Numbers beside the marks: modes or segments; "
-        "the rule of thumb's as the untuned's."
+        f"{result.reference.name}. Numbers beside the marks: modes or segments."
     )
     return finish(figure, panels, legend=4, caption=caption)
 
@@ -97,7 +96,7 @@ def _series(axes: Axes, rows: Sequence[PlantRow], torque: str) -> None:
             left = name == "chain" or row.plant == "assumed-modes:3"
             place = {"xytext": (-4, -3), "ha": "right"} if left else {"xytext": (3, 3)}
             how = {"color": colour, "size": SMALL, "textcoords": "offset points"}
-            if size and name != THUMB:  # which runs beside the untuned
+            if size:
                 axes.annotate(size, point, **how, **place)
 
 
