@@ -43,8 +43,8 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k, which counts
     from the log's first stamp."""
     plant: str = "chain"
-    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
-    exudyn[:N]."""
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
+    rule-of-thumb[:N], rod or exudyn[:N]."""
     setting: str = "none"
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
     theta1: float | None = None
