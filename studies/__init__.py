@@ -18,6 +18,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "report", "view"),
-    *("watch", "play", "tools", "animate"),
+    *("watch", "play", "tools", "identify", "experiment", "animate"),
     *("commands", "shell", "main"),
 )
