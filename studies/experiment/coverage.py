@@ -1,6 +1,6 @@
 """Do the intervals hold? Logs of one model with drawn numbers, identified on the other.
 
->>> rows = coverage(model, made_on, tried, bench, Draws(count=100, spread=0.2, seed=1))
+>>> rows = coverage(model, made_on, tried, bench, Draws(number=100, spread=0.2, seed=1))
 >>> rows[0].inside, rows[0].worst
 """
 
@@ -29,7 +29,7 @@ from studies.tuning.genetic import GeneticSettings
 class Draws(NamedTuple):
     """How many draws, how far from the nominal numbers [-], by which seed."""
 
-    count: int
+    number: int
     spread: float
     seed: int
 
@@ -72,10 +72,10 @@ def coverage(
         return found
 
     with ThreadPoolExecutor(threads) as pool:
-        outcomes = list(pool.map(task, range(draws.count)))
+        outcomes = list(pool.map(task, range(draws.number)))
     failed = [words for _, rows, words in outcomes if rows is None]
     known = [(truth, rows) for truth, rows, _ in outcomes if rows is not None]
-    found = [_covered(j, each.name, known, draws.count) for j, each in enumerate(model.free)]
+    found = [_covered(j, each.name, known, draws.number) for j, each in enumerate(model.free)]
     return (found if known else []), failed
 
 

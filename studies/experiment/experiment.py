@@ -45,7 +45,7 @@ WHAT = "the torques"
 DURATION_MOST = 600.0  # [s]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ExperimentConfig(ThreadOptions, SeedOptions, HardwareOptions, RobotOptions):
     """Write torques that tell numbers of the robot, and predict how well."""
 
@@ -69,7 +69,7 @@ class ExperimentConfig(ThreadOptions, SeedOptions, HardwareOptions, RobotOptions
     """Where joint 1 may go [rad]."""
     theta2_range: tuple[float, float] = (0.2, 2.6)
     """Where joint 2 may go [rad]."""
-    v_most: float = 0.05
+    v_most: float = 0.02
     """Largest tip deflection [m]."""
     period: float = PERIOD
     """Control period [s]."""
@@ -151,7 +151,7 @@ def run(config: ExperimentConfig, progress: Any = None) -> Result:
     model = Model(robot, searched_as(config.plant), chosen, free)
     require_built(model)
     rows = round(config.duration / config.period)
-    shape = shapes(config.kind, config.period * np.arange(rows), Band(*config.band))
+    shape = shapes(config.kind, config.period * np.arange(rows, dtype=float), Band(*config.band))
     bounds = Bounds(config.theta1_range, config.theta2_range, config.v_most)
     theta = (config.theta1, config.theta2)
     tried = largest(model, shape * np.array(config.torques), bounds, theta, config.period)

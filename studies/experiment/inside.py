@@ -30,7 +30,7 @@ class Bounds(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """Torques (K, 2) [N m] that keep the arm inside, the share of what was asked for, the motion."""
+    """Torques (K, 2) [N m] that keep the arm inside, their share of those asked for, the motion."""
 
     torque: Array
     scale: float

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.settings import Setting
@@ -33,7 +34,7 @@ class _OfFamily(ClosedChainPlant):
     given: ClosedChain | None = None
 
     @property
-    def coefficients(self) -> ClosedChain:  # type: ignore[override]
+    def coefficients(self) -> ClosedChain:
         """Coefficients of the equations."""
         assert self.given is not None
         return self.given
@@ -77,7 +78,8 @@ class ChainFamily:
         stiffness = given.stiffness * (now.EI / before.EI)
         damping = now.eta * stiffness
         damping[0], damping[1] = now.F_1 * now.r_1**2, now.F_2 * now.r_2**2
-        found = given._replace(stiffness=stiffness, damping=damping, **arrays)
+        changes: dict[str, Any] = {"stiffness": stiffness, "damping": damping, **arrays}
+        found = given._replace(**changes)
         return _OfFamily(now, base.chain, self.name, found)
 
     def _add(self, arrays: dict[str, Array], name: str, change: float) -> None:

@@ -262,7 +262,7 @@ def predicted(model: Model, values: dict[str, float], problem: Problem) -> list[
     left = problem.residuals(z)
     z[problem.own :] += np.linalg.lstsq(columns, -left, rcond=None)[0]
     rows = left_over(problem, z)
-    worst = {}
+    worst: dict[str, Left] = {}
     for row in rows:
         if row.log not in worst or row.relative > worst[row.log].relative:
             worst[row.log] = row

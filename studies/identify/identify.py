@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -154,8 +154,7 @@ def _usable(record: Record) -> Record:
     """Return a record with the signals that models give."""
     kept = usable(record.signals)
     columns = [record.signals.index(name) for name in kept]
-    own = {"signals": kept, "values": record.values[:, columns]}
-    return Record(record.source, record.period, record.torque, record.time, **own)
+    return replace(record, signals=kept, values=record.values[:, columns])
 
 
 def model_of(config: IdentifyConfig) -> Model:

@@ -19,7 +19,7 @@ from flexsim.numerics.types import Array
 
 TELLS = 0.5  # standard error of a coordinate up to which a log tells a number
 ALIKE = 1e-4  # smallest singular value of unit columns that differences can resolve
-PART = 0.3  # of the largest, from which a number has a part in a direction
+PART = 0.3  # of the largest effect, from which a number has a part in a direction
 LOOSE = 0.98  # correlation from which two numbers are said to act nearly together
 
 
@@ -57,7 +57,7 @@ def told_by(names: Sequence[str], slopes: Array) -> Told:
         together[heard] = np.linalg.norm(inverse, axis=1)
         for value, row in zip(s, vt, strict=True):
             shift = row / size[heard]  # of the coordinates, along the direction
-            part = np.abs(shift) > PART * np.abs(shift).max()
+            part = np.abs(row) > PART * np.abs(row).max()
             weak = value < ALIKE or np.abs(shift).max() / value > TELLS
             if weak and part.sum() > 1:
                 chosen = [(names[heard[i]], float(shift[i])) for i in np.flatnonzero(part)]

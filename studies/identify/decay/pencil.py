@@ -71,7 +71,7 @@ def decay(signal: Array, period: float, modes: int, highest: float = HIGHEST) ->
     h = averaged * period
     s = _poles((y - y.mean()) / size, 2 * modes + 1) / h
     kept = _vibrating(s, modes, highest)
-    time = h * np.arange(rows)
+    time = h * np.arange(rows, dtype=float)
     s, c, offset = _refined(y / size, time, kept)
     return _as_decay(y / size, time, s, c, offset, size, averaged, period)
 
@@ -147,5 +147,11 @@ def _as_decay(
     noise = float(np.sqrt(np.mean(left**2)) / np.sqrt(np.mean((y - y.mean()) ** 2)))
     order = np.argsort(omega)
     amplitude = np.abs(c / mean) * size
-    columns = (omega, -s.real / omega, amplitude, frequency_half, ratio_half)
-    return Decay(*(each[order] for each in columns), noise)
+    return Decay(
+        omega[order],
+        (-s.real / omega)[order],
+        amplitude[order],
+        frequency_half[order],
+        ratio_half[order],
+        noise,
+    )
