@@ -75,8 +75,8 @@ def coverage(
         outcomes = list(pool.map(task, range(draws.number)))
     failed = [words for _, rows, words in outcomes if rows is None]
     known = [(truth, rows) for truth, rows, _ in outcomes if rows is not None]
-    found = [_covered(j, each.name, known, draws.number) for j, each in enumerate(model.free)]
-    return (found if known else []), failed
+    named = enumerate(model.free) if known else ()
+    return [_covered(j, each.name, known, draws.number) for j, each in named], failed
 
 
 def _draw(

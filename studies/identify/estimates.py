@@ -3,12 +3,15 @@
 >>> found = identified(problem, Search("least-squares", starts=4, seed=1), excite)
 >>> found.rows[0].value, found.rows[0].low, found.rows[0].high
 
-An interval is what the logs' noise leaves (`intervals`), widened by how far the estimate would have
-moved had the other model of the same arm made the logs: no model is the arm.
+An interval is of two standard uncertainties: what the logs' noise leaves (`intervals`), and, as no
+model is the arm, how far the estimate would have moved had the other model of the arm made the
+logs. They are added as the Guide to the expression of uncertainty in measurement (JCGM 100:2008,
+5.1 and 6.2) adds what is random and what is not, by squares, then expanded to 95 %.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -48,9 +51,9 @@ class Search:
 class Estimate:
     """A number: its estimate, the ends of its 95 % interval, and what that is made of [-].
 
-    `noise`: half-width that the logs' noise leaves; `model`: how far the other model would move
-    it; `search`: how far the search may be from its end; all relative to the value, or to its
-    unit where it begins at zero.
+    `noise`: half-width that the logs' noise alone leaves; `model`: how far the other model would
+    move it; `search`: how far the search may be from its end; all relative to the value, or to
+    its unit where it begins at zero.
     """
 
     name: str
@@ -219,7 +222,9 @@ def _rows(found: Fit, spread: Spread, model: Array, search: Array) -> list[Estim
     for j, each in enumerate(found.problem.model.free):
         noise = float(spread.half[j])
         z = float(found.z[j])
-        low, high = each.interval(z, noise + float(model[j]) + float(search[j]))
+        quantile = noise / float(spread.error[j])  # of both standard uncertainties together
+        both = quantile * math.hypot(float(spread.error[j]), float(model[j]))
+        low, high = each.interval(z, both + float(search[j]))
         own = (each.name, each.unit, each.nominal, each.value(z), low, high)
         rows.append(Estimate(*own, noise, float(model[j]), float(search[j])))
     return rows

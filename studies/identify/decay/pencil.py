@@ -3,9 +3,9 @@
 >>> found = decay(signal, period=1e-3, modes=2)
 >>> found.frequency / 6.283, found.ratio             # [Hz], [-]
 
-A decay is a sum of c e^(s t). Of its samples' Hankel matrix, rid of its noise by singular values,
-the part without its last column and that without its first differ by a factor e^(s h) along each of
-the decay's terms: the pencil's eigenvalues. A mean over q rows leaves every e^(s t) one, so that
+A decay is a sum of c e^(s t). Of its samples' Hankel matrix, reduced to its main directions,
+the part without its last column and that without its first differ by a factor e^(s h) along each
+of the decay's terms: the pencil's eigenvalues. A mean over q rows leaves every e^(s t) one, so that
 slow modes need no long matrix. Standard errors are those of the least squares problem that the
 pencil solves approximately, with the residuals' own autocorrelation.
 
@@ -18,7 +18,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg
 
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
@@ -26,8 +25,9 @@ from studies.identify.intervals import spread_of
 
 ROWS_MOST = 1500  # of what is analysed: more is averaged
 PENCIL = 1 / 3  # of the rows, the pencil's parameter: between a third and two are best
+COLUMNS_MOST = 300  # of it; what a shorter one loses, the steps after the pencil give back
 HIGHEST = 100.0  # [Hz] usual end of what is looked for
-POINTS = 8  # rows of a period of the highest frequency at least
+POINTS = 4  # rows of a period of the highest frequency at least
 REFINED = 6  # Gauss-Newton steps after the pencil
 LEAST = 1e-3  # [1/s, rad/s] |Im s| below which a term does not vibrate
 
@@ -78,10 +78,9 @@ def decay(signal: Array, period: float, modes: int, highest: float = HIGHEST) ->
 
 def _poles(y: Array, order: int) -> Array:
     """Return the eigenvalues (order,) of a signal's pencil."""
-    columns = int(PENCIL * len(y))
-    hankel = linalg.hankel(y[: len(y) - columns], y[len(y) - columns - 1 :])
-    _, _, vt = linalg.svd(hankel, full_matrices=False, check_finite=False)
-    basis = vt[:order].T  # (columns, order)
+    columns = min(int(PENCIL * len(y)), COLUMNS_MOST)
+    hankel = np.lib.stride_tricks.sliding_window_view(y, columns)
+    basis = np.linalg.eigh(hankel.T @ hankel)[1][:, -order:]  # (columns, order), the largest
     return np.log(np.linalg.eigvals(np.linalg.pinv(basis[:-1]) @ basis[1:]).astype(complex))
 
 
