@@ -13,6 +13,7 @@ import pytest
 from mujoco import minimize
 
 from flexsim import Parameters, Robot, drive, setting
+from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.loop.hardware import HARDWARE
 from studies.experiment.coverage import Draws, coverage
 from studies.experiment.synthetic import logged, sigmas
