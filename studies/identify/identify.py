@@ -34,12 +34,12 @@ from studies.core.folder import (
     write_config,
     write_tables,
 )
-from studies.core.options import HardwareOptions, RobotOptions, keep_file, show_differences
+from studies.core.options import HardwareOptions, keep_file, show_differences
 from studies.core.study_options import FORMATS, Format, SeedOptions, ThreadOptions, check
 from studies.core.table import write_files
 from studies.core.text import spelled
 from studies.identify import report
-from studies.identify.decay import command as decayed
+from studies.identify.decay.command import DecayOptions, show
 from studies.identify.estimates import (
     LEAST_SQUARES,
     Identified,
@@ -53,7 +53,6 @@ from studies.identify.records import Record, noise_of, read_record
 from studies.identify.residuals import Problem
 from studies.identify.simulated import Model, require_built, searched_as, usable
 from studies.identify.written import MJCF, STUDY, mjcf_of, study_file
-from studies.tools.logs import LogOptions
 from studies.tuning.genetic import GeneticSettings
 
 QUESTION = "Which numbers of the robot are those of these logs?"
@@ -68,7 +67,7 @@ Logs = Annotated[
 
 
 @dataclass(frozen=True)
-class IdentifyConfig(LogOptions, ThreadOptions, SeedOptions, HardwareOptions, RobotOptions):
+class IdentifyConfig(DecayOptions, ThreadOptions, SeedOptions, HardwareOptions):
     """Identify numbers of the robot from logs of torques, angles and v."""
 
     PANEL: ClassVar = headings.MAIN
@@ -99,12 +98,6 @@ class IdentifyConfig(LogOptions, ThreadOptions, SeedOptions, HardwareOptions, Ro
     """Individuals per generation of --method genetic."""
     generations: int = 40
     """Generations of --method genetic at most."""
-    signal: str = "v"
-    """With --method decay, the column that decays."""
-    modes: int = 1
-    """With --method decay, the modes that it has."""
-    begin: float | None = None
-    """With --method decay, when the decay begins [s]; after the last torque unless given."""
     out: Path | None = None
     """Folder of the run, made anew; without one nothing is written."""
     force: bool = False
@@ -245,7 +238,10 @@ def write(folder: Path, config: IdentifyConfig, result: report.Result) -> None:
 def command(config: IdentifyConfig) -> None:
     """Identify, print what was found, and write the run if there is a folder for it."""
     if config.method == "decay":
-        decayed.command(config)
+        for name, given in (("--free", config.free), ("--out", config.out)):
+            if given is not None:
+                raise ParameterError(f"{name} has no effect with --method decay; leave it out")
+        show(config, config.logs, config.json)
         return
     if config.out is not None:
         require_free(config.out, config.force)

@@ -100,7 +100,7 @@ def verdict(result: Result) -> str:
     found = result.found
     told = ", ".join(
         f"{row.name} {row.value:.{_digits(row)}g} [{row.low:.{_digits(row)}g}, "
-        f"{row.high:.{_digits(row)}g}] {row.unit}"
+        f"{row.high:.{_digits(row)}g}]" + f" {row.unit}" * (row.unit != "-")
         for row in found.rows
     )
     parts = [f"Estimates with 95 % intervals: {told}."]

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.errors import ParameterError
+from studies import headings
 from studies.core.carry_out import show_tables
 from studies.core.console import console
 from studies.core.folder import to_json
+from studies.core.options import RobotOptions
 from studies.core.table import Column, Table
 from studies.core.text import spelled
 from studies.identify.decay.pencil import Decay, decay
@@ -20,10 +24,21 @@ from studies.identify.records import NEEDED, RATES, SIGNALS, STRAINS
 from studies.tools.log_table import names_in
 from studies.tools.logs import TORQUES, LogOptions, read_log
 
-if TYPE_CHECKING:
-    from studies.identify.identify import IdentifyConfig
-
 MODES_MOST = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecayOptions(LogOptions, RobotOptions):
+    """What of a decay is looked at."""
+
+    PANEL: ClassVar = headings.MAIN
+
+    signal: str = "v"
+    """With --method decay, the column that decays."""
+    modes: int = 1
+    """With --method decay, the modes that it has."""
+    begin: float | None = None
+    """With --method decay, when the decay begins [s]; after the last torque unless given."""
 
 
 @dataclass(frozen=True)
@@ -52,21 +67,21 @@ COLUMNS = (
 )
 
 
-def analysed(config: IdentifyConfig) -> tuple[Decay, list[ModeRow], float, str]:
+def analysed(config: DecayOptions, logs: Sequence[Path]) -> tuple[Decay, list[ModeRow], float, str]:
     """Return the decay of a log's signal, its rows, when it begins [s], and the log.
 
     Raises:
         ParameterError: a signal, number of modes or beginning that there is not.
     """
-    if len(config.logs) != 1:
-        raise ParameterError(f"--method decay takes one log, not {len(config.logs)}")
+    if len(logs) != 1:
+        raise ParameterError(f"--method decay takes one log, not {len(logs)}")
     if not 1 <= config.modes <= MODES_MOST:
         raise ParameterError(f"modes is {config.modes}; give 1 to {MODES_MOST}")
     if config.signal not in SIGNALS:
         raise ParameterError(
             f"--signal {config.signal} is none; choose of {', '.join((*NEEDED, *RATES, *STRAINS))}"
         )
-    (path,) = config.logs
+    (path,) = logs
     names = config.columns_of((*TORQUES, *SIGNALS))
     there = names_in(path, set(names.values()))
     driven = all(names[each] in there for each in TORQUES)
@@ -92,7 +107,7 @@ def analysed(config: IdentifyConfig) -> tuple[Decay, list[ModeRow], float, str]:
     return found, _rows(config, found), first, str(path)
 
 
-def _rows(config: IdentifyConfig, found: Decay) -> list[ModeRow]:
+def _rows(config: DecayOptions, found: Decay) -> list[ModeRow]:
     turn = 2 * math.pi
     p = config.robot_of().parameters
     clamped = clamped_frequencies(p, len(found.frequency)) / turn
@@ -112,17 +127,14 @@ def _rows(config: IdentifyConfig, found: Decay) -> list[ModeRow]:
     ]
 
 
-def command(config: IdentifyConfig) -> None:
-    """Print the modes of a decay.
+def show(config: DecayOptions, logs: Sequence[Path], json: bool) -> None:
+    """Print the modes of a decay, as a table or one JSON object.
 
     Raises:
-        ParameterError: as `analysed`, or options that have no effect here.
+        ParameterError: as `analysed`.
     """
-    for name, given in (("--free", config.free), ("--out", config.out)):
-        if given is not None:
-            raise ParameterError(f"{name} has no effect with --method decay; leave it out")
-    found, rows, first, source = analysed(config)
-    if config.json:
+    found, rows, first, source = analysed(config, logs)
+    if json:
         halves = {
             f"frequency_{row.mode}": (row.frequency, row.frequency_half, "Hz") for row in rows
         } | {f"ratio_{row.mode}": (row.ratio, row.ratio_half, "-") for row in rows}
