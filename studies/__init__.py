@@ -18,6 +18,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "report", "view"),
-    *("watch", "play", "tools", "beam", "animate"),
+    *("watch", "play", "tools", "beam", "identify", "experiment", "animate"),
     *("commands", "shell", "main"),
 )
