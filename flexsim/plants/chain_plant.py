@@ -106,7 +106,9 @@ class ChainPlant:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         c, its = self.chain, self.workspaces
         with its.lent(threads) as data:
-            yield Chain(its.model._address, data, c.L_R, c.root, c.lengths, c.step)
+            yield Chain(
+                its.model._address, data, c.L_R, c.root, c.lengths, c.step, c.second, c.link1
+            )
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""
