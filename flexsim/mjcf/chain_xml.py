@@ -98,9 +98,9 @@ def chain_mjcf(parameters: Parameters, design: ChainDesign, timestep: float = LO
         _header(design, timestep),
         looks(parameters),
         defaults(strip=STRIP),
-        worldbody(parameters, _beam(parameters, design)),
+        worldbody(parameters, beam_bodies(parameters, design)),
         actuators(parameters),
-        sensors(_hinge_sensors(design)),
+        sensors(hinge_sensors(design)),
         keyframes(parameters, straight, num(*HOME, *bent)),
         beam_numbers(parameters),
     )
@@ -149,7 +149,7 @@ def _header(design: ChainDesign, timestep: float) -> str:
   </option>"""
 
 
-def _beam(p: Parameters, design: ChainDesign) -> str:
+def beam_bodies(p: Parameters, design: ChainDesign) -> str:
     """Return the nested bodies of the beam."""
     rho = num(p.rho)
     root, *segments = beam_pieces(p, design)
@@ -195,7 +195,7 @@ def _piece(pad: str, piece: Piece) -> list[str]:
     ]
 
 
-def _hinge_sensors(design: ChainDesign) -> str:
+def hinge_sensors(design: ChainDesign) -> str:
     return "".join(
         f'\n    <jointpos name="hinge{j}" joint="hinge{j}"/>' for j in range(1, design.segments + 1)
     )

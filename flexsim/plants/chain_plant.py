@@ -21,6 +21,7 @@ from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
+from flexsim.mjcf.arms.one_link import designed_one_link, stands_still
 from flexsim.mjcf.chain_file import (
     ChainModel,
     mass_matrix,
@@ -74,7 +75,8 @@ class ChainPlant:
         Raises:
             ParameterError, ModelError: segments or step out of range.
         """
-        return cls(parameters, designed_chain(parameters, segments, step, fitted), name)
+        make = designed_one_link if stands_still(parameters) else designed_chain
+        return cls(parameters, make(parameters, segments, step, fitted), name)
 
     @property
     def step(self) -> float:

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from flexsim.arm.arms import Arm
 from flexsim.arm.chain_design import design_chain
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ModelError
 from flexsim.mjcf.arm_file import (
     ArmFile,
     Given,
@@ -34,7 +36,7 @@ from flexsim.mjcf.own_motion import require_steady
 from flexsim.mjcf.reading.elements import elements
 from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.names import Names
-from flexsim.mjcf.two_chains.xml import two_chains_mjcf
+from flexsim.mjcf.arms.two_chains_xml import two_chains_mjcf
 from flexsim.numerics.step_limits import POSES, halved
 from flexsim.numerics.types import Array
 
@@ -86,6 +88,28 @@ def _motion(model: mujoco.MjModel, order: NDArray[np.intp], theta2: float) -> Mo
     pose[order[1]] = theta2
     M = mass_matrix(model, pose)[np.ix_(order, order)]
     return M, np.diag(model.dof_damping[order]), np.diag(model.jnt_stiffness[order])
+
+
+def straight_parameters(arm: TwoChains) -> Parameters:
+    """Return the robot of a file with its links straight, as far as loops ask for it.
+
+    Lengths, and link 2's mass and static tip compliance, are the file's; masses and inertias of
+    the hubs are not looked for: no plant of such a file takes them from here.
+
+    Raises:
+        ModelError: a hinge of link 2 has no stiffness.
+    """
+    L, lever = arm.reach - arm.clamp, np.cumsum(arm.lengths[::-1])[::-1]
+    stiffness = arm.model.jnt_stiffness[arm.second + 1 :]
+    if not stiffness.all():
+        raise ModelError(
+            f"{arm.source}: a hinge of link 2 has no stiffness, so it does not vibrate; give each "
+            "one"
+        )
+    EI = L**3 / (3 * float(np.sum(lever**2 / stiffness)))
+    bodies = arm.model.jnt_bodyid[arm.second + 1 :]
+    rho = float(arm.model.body_mass[bodies].sum()) / float(arm.lengths.sum())
+    return Parameters(L_R=arm.L_R, r=arm.clamp, L=L, rho=rho, EI=EI)
 
 
 def bends_twice(text: str) -> bool:

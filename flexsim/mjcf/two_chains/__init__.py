@@ -1,1 +1,0 @@
-"""An arm whose link 1 bends as well, as MJCF: two tuned chains, one behind the other."""
