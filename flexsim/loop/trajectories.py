@@ -193,9 +193,7 @@ class Reference:
     torque: Array | None = None
 
 
-def reference(
-    trajectory: Path | Turn, parameters: Parameters, period: float = PERIOD
-) -> Reference:
+def reference(trajectory: Path | Turn, parameters: Parameters, period: float = PERIOD) -> Reference:
     """Return the sampled reference with its rigid inverse kinematics, of a turn the tip instead.
 
     Raises:

@@ -196,6 +196,7 @@ def _piece(pad: str, piece: Piece) -> list[str]:
 
 
 def hinge_sensors(design: ChainDesign) -> str:
+    """Return the lines of the hinges' sensors."""
     return "".join(
         f'\n    <jointpos name="hinge{j}" joint="hinge{j}"/>' for j in range(1, design.segments + 1)
     )

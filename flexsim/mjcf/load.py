@@ -10,13 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexsim.mjcf.arm_file import Given, given_text
+from flexsim.mjcf.arms.two_chains import TwoChains, bends_twice, two_chains_of
 from flexsim.mjcf.chain_file import ChainModel, chain_of
 from flexsim.mjcf.edits import with_locked
 from flexsim.mjcf.reading.held_joint import has_no_joint1, with_joint1
 from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.reading.text import is_rod
 from flexsim.mjcf.rod_file import RodModel, rod_of
-from flexsim.mjcf.arms.two_chains import TwoChains, bends_twice, two_chains_of
 
 
 def load_arm(

@@ -24,9 +24,9 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
+from flexsim.mjcf.arms.two_chains import TwoChains
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.reading.linear_checks import require_linear
-from flexsim.mjcf.arms.two_chains import TwoChains
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.mujoco_steps import place

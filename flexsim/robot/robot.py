@@ -25,6 +25,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.followed import require_followed
 from flexsim.loop.settings import Setting
 from flexsim.mjcf.arm_file import ArmFile
+from flexsim.mjcf.arms.two_chains import TwoChains, straight_parameters
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import Arm, changed, with_motors
@@ -32,7 +33,6 @@ from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.rod_file import RodModel
 from flexsim.mjcf.rod_xml import ELEMENTS
-from flexsim.mjcf.arms.two_chains import TwoChains, straight_parameters
 from flexsim.numerics.step_limits import halved
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant

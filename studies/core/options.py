@@ -16,6 +16,7 @@ from rich.console import Console
 
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names

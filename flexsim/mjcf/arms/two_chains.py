@@ -30,13 +30,13 @@ from flexsim.mjcf.arm_file import (
     read_arm,
     require_stable_step,
 )
+from flexsim.mjcf.arms.two_chains_xml import two_chains_mjcf
 from flexsim.mjcf.chain_file import mass_matrix
 from flexsim.mjcf.designed import MARGIN, compiled
 from flexsim.mjcf.own_motion import require_steady
 from flexsim.mjcf.reading.elements import elements
 from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.names import Names
-from flexsim.mjcf.arms.two_chains_xml import two_chains_mjcf
 from flexsim.numerics.step_limits import POSES, halved
 from flexsim.numerics.types import Array
 

@@ -131,8 +131,8 @@ def _order(kind: str, model: mujoco.MjModel) -> Iterator[str]:
     if there and kind == "two-chains":
         if names[0] != "joint1" or names[-1] == "joint2":
             yield (
-                "has its joints in another order; an arm whose links both bend needs joint1, hinges "
-                "along link 1, joint2, then one hinge or more along link 2"
+                "has its joints in another order; an arm whose links both bend needs joint1, "
+                "hinges along link 1, joint2, then one hinge or more along link 2"
             )
     elif there and (names[:2] != ["joint1", "joint2"] or model.nv < 3):
         shown = names if len(names) <= SHOWN else [*names[:SHOWN], "..."]

@@ -22,8 +22,8 @@ from flexsim.arm.beam import load_of, mode_shapes
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.arm.locked import LOCKED, which_locked
 from flexsim.arm.parameters import Parameters
-from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.mjcf.arms.two_chains import TwoChains, designed_two_chains
+from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.numerics.dense import product
 from flexsim.numerics.elementary import cos, sin
 from flexsim.numerics.mujoco_c import quiet_warnings
