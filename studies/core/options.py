@@ -16,11 +16,11 @@ from rich.console import Console
 
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import Parameters
-from flexsim.errors import ParameterError
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
+from flexsim.robot.named import robot_named
 from studies import headings
 from studies.core.console import console
 from studies.core.table import Column, Table, write_prints
@@ -171,35 +171,6 @@ class HardwareOptions(HardwareNumberOptions):
     def hardware_words(self) -> str:
         """The hardware in words, for notes and files."""
         return self.built.words()
-
-
-def robot_named(
-    arm: str,
-    mjcf: object,
-    robot: Parameters | None,
-    beam: str,
-    modal_damping: tuple[float, ...],
-    names: Names,
-) -> Robot:
-    """Return the robot of a name other than the paper's, nothing else given beside it.
-
-    Raises:
-        ParameterError: there is none of that name, or something is given that it has itself.
-    """
-    given = {
-        "--mjcf": mjcf is not None,
-        "--robot": robot is not None,
-        "--beam": beam != "file",
-        "--modal-damping": bool(modal_damping),
-        **{f"--{name}": True for name in names.given()},
-    }
-    for option, there in given.items():
-        if there:
-            raise ParameterError(
-                f"--arm {arm} and {option} contradict each other: that arm has numbers of its own; "
-                f"leave one out, or change models/{arm.replace('-', '_')}.xml and give it as --mjcf"
-            )
-    return Robot.named(arm)
 
 
 def damping_note(robot: Robot) -> str:

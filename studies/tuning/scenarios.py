@@ -22,7 +22,7 @@ from flexsim.loop.settings import Setting, setting
 from flexsim.mjcf.reading.names import Names
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
-from studies.core.options import robot_named
+from flexsim.robot.named import robot_named
 from studies.tuning.tuning import Tuning
 
 PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
