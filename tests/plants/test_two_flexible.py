@@ -29,6 +29,7 @@ START = (0.2, 1.2)  # [rad]
 OF_MODES = 5e-4  # relative: six frequencies by five modes of each link, the last truncated
 OF_CHAINS = 3e-3  # of tuned chains of six, loaded
 ROUNDING = 1e-9  # [rad] mj_step against the closed form after 200 steps of a moderate motion
+STANDS = 1e-13  # [rad] of a locked joint: the closed form has sums of angles, to rounding
 DRIFT = 1e-9  # relative, of energy over 0.2 s at 0.1 ms
 APART = 1e-4  # [m] rms of the tip between the models over 0.5 s, v up to 2 mm
 
@@ -145,7 +146,7 @@ def test_locked_joints_stand_still(robot: Robot) -> None:
     for name in ("assumed-modes", "closed-chain"):
         plant = robot.plant(name).locked(["joint2"])
         motion = drive(plant, NONE, torque(50), theta=START)
-        assert np.ptp(motion.joint[:, 1]) < 1e-25
+        assert np.ptp(motion.joint[:, 1]) < STANDS
         assert np.ptp(motion.joint[:, 0]) > 1e-4
 
 
