@@ -28,8 +28,7 @@ matrix, with zeros to its end.
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -69,8 +68,14 @@ if TYPE_CHECKING:
         misprints: int
 
 else:  # flat: compiled threads cannot take apart a tuple within a tuple
-    PrintedModes = namedtuple(
-        "PrintedModes", (*AssumedModes._fields, "gamma", "alpha", "misprints")
+    PrintedModes = NamedTuple(
+        "PrintedModes",
+        [
+            *AssumedModes.__annotations__.items(),
+            ("gamma", Array),
+            ("alpha", Array),
+            ("misprints", int),
+        ],
     )
 
 
