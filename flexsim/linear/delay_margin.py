@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +20,7 @@ from flexsim.errors import ParameterError
 from flexsim.linear.exact_loop import exact_growth
 from flexsim.linear.growth import quantised
 from flexsim.linear.linearise import split_hold, zero_order_hold
-from flexsim.linear.loop_poles import SampledPlant
+from flexsim.linear.loop_poles import SampledPlant, seen_plant
 from flexsim.loop.control.compiled import Controllers
 from flexsim.numerics.types import Array
 
@@ -57,9 +58,12 @@ def _late(sampled: SampledPlant, extra: float) -> SampledPlant:
         A, old, new = split_hold(sampled.linear, period, rest, hardware.lag)
     gain = np.array(sampled.options.torque_gain)
     parts = _waiting(A, old * gain, new * gain, hardware.delay + whole)
-    C = sampled.C[:, : len(A)]
-    C = np.hstack([C, np.zeros((len(C), len(parts[0]) - len(A)))])
-    return SampledPlant(*parts, C, period, sampled.linear, sampled.options)
+    C, same = np.zeros((3, len(parts[0]))), {"A": parts[0], "B": parts[1]}
+    if sampled.memory:
+        C[:, : len(sampled.linear.A)] = sampled.linear.C
+        return seen_plant(replace(sampled, **same, C=C, memory=0))
+    C[:, : len(A)] = sampled.C[:, : len(A)]  # what is seen is of the plant's own states
+    return replace(sampled, **same, C=C)
 
 
 def _waiting(A: Array, old: Array, new: Array, whole: int) -> tuple[Array, Array]:

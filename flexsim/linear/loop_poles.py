@@ -17,7 +17,7 @@ describing function of the dead zone (0 inside, rising beyond) is to be read.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,9 +26,10 @@ from numpy.typing import ArrayLike, NDArray
 from flexsim.errors import ParameterError
 from flexsim.linear.controller_space import controller_space
 from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
+from flexsim.linear.seen_v import SeenLoop, memory_of, with_bridges
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import IDEAL, Hardware, lag_factors
+from flexsim.loop.hardware import IDEAL, BridgeNumbers, Hardware, bridge_numbers, lag_factors
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -48,8 +49,9 @@ class LoopOptions:
         torque_gain: per joint, effective torque over commanded torque [-]; 1 without friction.
         joint_damping: per joint, viscous friction taken from the torque at the motor [N m s/rad].
         hold: 'exact' (matrix exponential) or 'stepped' (as the plant's own integrator does it).
-        hardware: whose delay and lag are states of the loop; a linear model knows neither counts
-            nor limits, and noise does not move its poles.
+        hardware: whose delay and lag are states of the loop, and v's estimator with the strain
+            bridges' filter; a linear model knows neither counts nor limits, and noise does not move
+            its poles.
 
     Raises:
         ParameterError: an unknown hold, or a torque gain that is not finite.
@@ -94,12 +96,13 @@ class SampledPlant:
     """A plant over one control period behind its hardware, with the loop's measurements.
 
     States are the plant's, then the lagging motors' torques, with their gains, if there is a lag,
-    then the commands that wait, those of both joints one sample ago first. The reference is at
-    zero.
+    then the commands that wait, those of both joints one sample ago first, then what bridges and
+    an estimator of v remember (`flexsim.linear.seen_v`). The reference is at zero.
 
     Attributes:
         A: (n, n), B: (n, 2) with the torque gains. C: (3, n) to the joints' errors and v.
-        period: [s]. linear: what was discretised. options: how.
+        period: [s]. linear: what was discretised. options: how. bridges: what is read of the
+            plant; memory: how many states that has. reach: r + L [m].
     """
 
     A: Array
@@ -108,6 +111,17 @@ class SampledPlant:
     period: float
     linear: LinearPlant
     options: LoopOptions = field(default_factory=LoopOptions)
+    bridges: BridgeNumbers | None = None
+    memory: int = 0
+    reach: float = 1.0
+
+    def memory_states(self, plant_states: Array, torques: Array) -> Array:
+        """Return what bridges and estimator remember (K, memory) at every sample of a run.
+
+        Args:
+            plant_states: (K, n) deviations, motors' included. torques: (K, 2) commands [N m].
+        """
+        return memory_of(SeenLoop(self.A, self.B, self.C, self.memory), plant_states, torques)
 
     def motor_states(self, torques: Array) -> Array:
         """Return what waits or lags (K, n - plant's) at every sample, of commands (K, 2) [N m]."""
@@ -138,11 +152,37 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
     else:
         linear = linearise(plant, theta2, o.joint_damping)
         A, B = zero_order_hold(linear, o.period, o.hardware.lag)
-    C = np.vstack([-linear.C[:2], linear.C[2:3]])
-    C[1] -= o.v_gain / plant.parameters.reach * linear.C[2]  # atan(v/(r+L)), linear
+    C = linear.C
     lagging = np.zeros((len(C), len(A) - C.shape[1]))
     A, B, C = delayed(A, B * np.array(o.torque_gain), np.hstack([C, lagging]), o.hardware.delay)
-    return SampledPlant(A, B, C, o.period, linear, o)
+    b = bridge_numbers(o.hardware, plant, o.period)
+    reach = plant.parameters.reach
+    return seen_plant(SampledPlant(A, B, C, o.period, linear, o, b, reach=reach))
+
+
+def seen_plant(exact: SampledPlant) -> SampledPlant:
+    """Return a plant whose C is to the joints' errors and v as the controllers get them.
+
+    Args:
+        exact: with C (3, n) to theta1, theta2 and the tip's v.
+    """
+    o, linear, b = exact.options, exact.linear, exact.bridges
+    A, B, C, memory = exact.A, exact.B, exact.C, 0
+    if b is not None and b.estimated:
+        n, delay = len(A), o.hardware.delay
+        m = len(b.rows) // 2
+        coordinates = linear.coordinates
+        own = np.arange(m) if coordinates is None else coordinates
+        positions = np.zeros((m, n))
+        positions[own, np.arange(len(own))] = 1.0
+        told = np.zeros((2, n))
+        if delay:  # the estimator knows its computer's own delay
+            begin = len(linear.A) + 2 * (o.hardware.lag > 0) + 2 * (delay - 1)
+            told[:, begin : begin + 2] = np.eye(2)
+        A, B, C, memory = with_bridges(A, B, C, positions, told, b)
+    C = np.vstack([-C[:2], C[2:3]])
+    C[1] -= o.v_gain / exact.reach * C[2]  # atan(v/(r+L)), linear
+    return replace(exact, A=A, B=B, C=C, memory=memory)
 
 
 def delayed(A: Array, B: Array, C: Array, delay: int) -> tuple[Array, Array, Array]:

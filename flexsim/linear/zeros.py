@@ -89,6 +89,11 @@ def sampled_zeros(sampled: SampledPlant) -> Complex:
     """
     if sampled.options.hardware.delay:
         raise ParameterError("zeros are of a plant without delay; a delay adds none but at z = 0")
+    if sampled.memory:
+        raise ParameterError(
+            "zeros are of what is measured at a sample; leave out the bridges' filter, and take an "
+            "estimator without memory"
+        )
     A, B, C = sampled.A, sampled.B, sampled.C[:2]
     held = A - B @ np.linalg.solve(C @ B, C @ A)
     found = np.linalg.eigvals(held)

@@ -20,15 +20,18 @@ import numpy as np
 from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.loop.hardware import (
+    BridgeNumbers,
     EffectNumbers,
     HardwareNumbers,
     commands,
     mean_torque,
     measured,
     motor_step,
+    read_bridges,
     rippled,
     waiting_room,
 )
+from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.loop.measuring import (
     SUMS,
     WAITING,
@@ -85,6 +88,7 @@ class Outcome(NamedTuple):
         sums: (P, SUMS) of `flexsim.loop.measuring`; (P, 0) unless measured.
         applied: (P, R, 2) what the motors give, on average over the period, ahead of friction.
         measured: (P, R, 3) theta1, theta2 and v as the controllers get them.
+        sensed: (P, R, 4) what bridges and tachometers read, nan where there are none.
     """
 
     indices: Array
@@ -95,6 +99,7 @@ class Outcome(NamedTuple):
     sums: Array
     applied: Array
     measured: Array
+    sensed: Array
 
 
 @jit
@@ -140,6 +145,7 @@ def run_one(  # type: ignore[no-untyped-def]
     friction: FrictionNumbers,
     h: HardwareNumbers,
     effects: EffectNumbers,
+    bridges: BridgeNumbers,
     loop: Loop,
     controllers: Controllers,
     i,
@@ -154,17 +160,19 @@ def run_one(  # type: ignore[no-untyped-def]
     waiting,
     applied,
     seen,
+    sensed,
 ):
     """Return (index (5), time of divergence or nan) of one run from `state`, overwritten.
 
     Args:
         controllers, i: of all runs, and which of them is this run's.
-        number: of the run, which decides its noise. h, effects: hardware.
-        stride: record every stride-th sample into states, torques, errors, applied and seen (what
-            was measured); 0 records nothing.
+        number: of the run, which decides its noise. h, effects, bridges: hardware.
+        stride: record every stride-th sample into states, torques, errors, applied, seen (what
+            was measured) and sensed (bridges and tachometers); 0 records nothing.
         yard: what is measured into sums, points still waiting; nothing if it has no points.
     """
     late = waiting_room(h)  # commands on their way
+    memory = np.zeros(bridges.room)
     x1 = x2 = 0.0  # torques of the motors, where they lag [N m]
     m = state.shape[0] // 2
     work = work_space(m)
@@ -181,14 +189,22 @@ def run_one(  # type: ignore[no-untyped-def]
         dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
         th1, th2, v_seen = measured(h, number, k, state[0], state[1], v)
+        if bridges.there:
+            v_seen = read_bridges(bridges, memory, number, k, th1, th2, state, v_seen)
         e1 = loop.joint[k, 0] - th1
         e2 = loop.joint[k, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
         u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v_seen)
         if loop.torque.shape[0] > 0:
             u1, u2 = u1 + loop.torque[k, 0], u2 + loop.torque[k, 1]
         c1, c2 = commands(h, late, k, u1, u2, friction.limit_1, friction.limit_2)
+        if bridges.there:
+            memory[TOLD], memory[TOLD + 1] = c1, c2
         if stride > 0 and k % stride == 0:
             row = k // stride
+            if bridges.strained:
+                sensed[row, :2] = memory[:2]
+            if bridges.turning:
+                sensed[row, 2:] = memory[RATES : RATES + 2]
             applied[row, 0], applied[row, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
             seen[row, 0], seen[row, 1], seen[row, 2] = th1, th2, v_seen
             states[row, :] = state
@@ -223,6 +239,8 @@ def run_all(  # type: ignore[no-untyped-def]
     hardware_first,
     effects,
     effects_first,
+    bridges,
+    bridge_first,
     loops,
     loop_first,
     yards,
@@ -240,12 +258,13 @@ def run_all(  # type: ignore[no-untyped-def]
     sums,
     applied,
     seen,
+    sensed,
 ):
     """Fill the outcome arrays, one individual per iteration of the threaded loop.
 
     Args:
         plants, plant_first, ...: stacked, see `flexsim.loop.stacked`; starts: (S, 2 m).
-        which: (P, 6) each run's plant, friction, hardware, loop, yardstick and start.
+        which: (P, 7) each run's plant, friction, hardware, loop, yardstick, start and bridges.
         numbers: (P,) of the runs, for their noise.
     """
     for i in numba.prange(which.shape[0]):
@@ -253,6 +272,7 @@ def run_all(  # type: ignore[no-untyped-def]
         friction = nth(frictions, friction_first, which[i, 1])
         hardware = nth(hardwares, hardware_first, which[i, 2])
         effect = nth(effects, effects_first, which[i, 2])
+        bridge = nth(bridges, bridge_first, which[i, 6])
         loop = nth(loops, loop_first, which[i, 3])
         yard = nth(yards, yard_first, which[i, 4])
         waiting = np.empty((WAITING_MOST, 4))
@@ -263,6 +283,7 @@ def run_all(  # type: ignore[no-untyped-def]
             friction,
             hardware,
             effect,
+            bridge,
             loop,
             controllers,
             i,
@@ -277,6 +298,7 @@ def run_all(  # type: ignore[no-untyped-def]
             waiting,
             applied[i],
             seen[i],
+            sensed[i],
         )
         if yard.points.shape[0] > 0:
             settle(yard, own, waiting)

@@ -27,6 +27,8 @@ class Motion:
         applied: (K, 2) torque of the motors, on average until the next sample, ahead of friction:
             the command as hardware delays, limits and smooths it [N m].
         measured: (K, 3) theta1, theta2 [rad] and v [m] as the controllers get them.
+        sensed: (K, 4) two strains [-] as bridges read them and the rates of theta1, theta2
+            [rad/s] as tachometers do, nan where there are none; None where nobody recorded it.
         joint: (K, 2) theta1, theta2 [rad].
         v: (K,) tip deflection in the hub's frame [m].
         tip: (K, 2) true tip position [m].
@@ -53,6 +55,7 @@ class Motion:
     reference_tip: Array
     reference_joint: Array
     diverged: float | None = None
+    sensed: Array | None = None
 
     def thinned(self, stride: int) -> Motion:
         """Return every stride-th sample, the first included."""

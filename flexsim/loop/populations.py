@@ -21,7 +21,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.compiled_loop import Loop, Outcome, run_all
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import FrictionNumbers
-from flexsim.loop.hardware import IDEAL, Hardware
+from flexsim.loop.hardware import IDEAL, SENSED, Hardware, bridge_numbers
 from flexsim.loop.measuring import NO_YARDSTICK, SUMS, Yardstick
 from flexsim.loop.stacked import indexed, stacked
 from flexsim.numerics.types import Array
@@ -104,9 +104,17 @@ def run_each(
     built = [(each.hardware, each.loop.period, each.loop.substeps) for each in stages]
     hardwares = list(dict.fromkeys(built))
     of_hardware = np.array([hardwares.index(each) for each in built])
+    reading = [  # what bridges read depends on the plant, where there are any
+        (each.hardware, each.loop.period, plant if each.hardware.sensing.strained else 0)
+        for each, plant in zip(stages, of_plant.tolist(), strict=True)
+    ]
+    bridges = list(dict.fromkeys(reading))
+    of_bridges = np.array([bridges.index(each) for each in reading])
+    of_start = np.arange(len(stages))
     of_stage = np.stack(
-        [of_plant, of_friction, of_hardware, of_loop, of_yard, np.arange(len(stages))], axis=1
+        [of_plant, of_friction, of_hardware, of_loop, of_yard, of_start, of_bridges], axis=1
     )
+    sensors = [bridge_numbers(h, plants[plant], period) for h, period, plant in bridges]
     samples = max(len(loop.tip) for loop in loops)
     outcome = _room(len(which), samples, len(starts[0]), stride, any(len(y.points) for y in yards))
     numba.set_num_threads(wanted)
@@ -118,6 +126,7 @@ def run_each(
                 *stacked(frictions),
                 *stacked([h.numbers(period, substeps) for h, period, substeps in hardwares]),
                 *stacked([h.effects.numbers() for h, _, _ in hardwares]),
+                *stacked(sensors),
                 *stacked(loops),
                 *stacked(yards),
                 starts,
@@ -144,4 +153,5 @@ def _room(runs: int, samples: int, size: int, stride: int, measured: bool) -> Ou
         np.zeros((runs, SUMS if measured else 0)),
         np.full((runs, rows, 2), np.nan),
         np.full((runs, rows, 3), np.nan),
+        np.full((runs, rows, SENSED), np.nan),
     )

@@ -19,12 +19,17 @@ from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import joint_torques
 from flexsim.loop.hardware import (
+    SENSED,
+    bridge_numbers,
     commands,
     mean_torque,
+    measured,
     motor_step,
+    read_bridges,
     rippled,
     waiting_room,
 )
+from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
@@ -35,7 +40,7 @@ from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
-from flexsim.plants.dispatch import physics_step, work_space
+from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
 TORN = 1.2  # of r + L: a tip so far from joint 2 is of no beam, but of a rod whose edges gave way
 V_LIMIT = 0.5  # of the beam's length: a tip deflection beyond which neither model holds
@@ -202,6 +207,7 @@ def motion_of(
         error=outcome.errors[run, :rows],
         applied=outcome.applied[run, :rows],
         measured=outcome.measured[run, :rows],
+        sensed=outcome.sensed[run, :rows],
         reference_tip=reference.tip[::stride][:rows],
         reference_joint=reference.joint[::stride][:rows],
         diverged=None if np.isnan(time) else float(time),
@@ -210,12 +216,16 @@ def motion_of(
 
 
 @jit
-def _drive(plant, friction, h, effects, state, torque, substeps, states, applied):  # type: ignore[no-untyped-def]
+def _drive(  # type: ignore[no-untyped-def]
+    plant, friction, h, effects, bridges, state, run, torque, substeps, states, applied, seen, sensed
+):
     """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
 
-    Return the rows of states filled.
+    What is measured, with the noise of a run, goes into seen (K+1, 3) and sensed (K+1, 4). Return
+    the rows of states filled.
     """
     waiting = waiting_room(h)
+    memory = np.zeros(bridges.room)
     x1 = x2 = 0.0
     m = state.shape[0] // 2
     work = work_space(m)
@@ -223,10 +233,21 @@ def _drive(plant, friction, h, effects, state, torque, substeps, states, applied
         states[k, :] = state
         if not np.isfinite(np.sum(state)):
             return k
+        _, v = tip_in_hub(plant, state)
+        th1, th2, v_seen = measured(h, run, k, state[0], state[1], v)
+        if bridges.there:
+            v_seen = read_bridges(bridges, memory, run, k, th1, th2, state, v_seen)
+        seen[k, 0], seen[k, 1], seen[k, 2] = th1, th2, v_seen
+        if bridges.strained:
+            sensed[k, :2] = memory[:2]
+        if bridges.turning:
+            sensed[k, 2:] = memory[RATES : RATES + 2]
         if k < torque.shape[0]:
             u1, u2 = torque[k, 0], torque[k, 1]
             c1, c2 = commands(h, waiting, k, u1, u2, friction.limit_1, friction.limit_2)
             applied[k, 0], applied[k, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+            if bridges.there:
+                memory[TOLD], memory[TOLD + 1] = c1, c2
             for _ in range(substeps):
                 m1, x1 = motor_step(h, c1, x1)
                 m2, x2 = motor_step(h, c2, x2)
@@ -253,6 +274,7 @@ def drive(
     period: float = PERIOD,
     theta: ArrayLike = (0.0, 0.0),
     state: ArrayLike | None = None,
+    run: int = 0,
 ) -> Motion:
     """Return the open-loop motion under recorded torques, row k the state at t_k.
 
@@ -260,7 +282,7 @@ def drive(
         plant, setting: as named.
         torque: (K, 2) [N m], held over one period each; the motion has K+1 rows.
         period: [s]. theta: joint angles at rest at the start [rad], beam straight.
-        state: (2 m,) to start from instead.
+        state: (2 m,) to start from instead. run: whose noise what is measured has.
 
     Raises:
         ParameterError: the torque is not (K, 2) finite numbers, or the period no multiple of the
@@ -284,12 +306,15 @@ def drive(
         raise ParameterError(
             f"state has shape {start.shape}; the {plant.name} plant needs {rest.shape}, all finite"
         )
+    bridges = bridge_numbers(setting.hardware, plant, period)
     states, applied = np.empty((len(tau) + 1, len(start))), np.empty((len(tau), 2))
+    seen, sensed = np.full((len(states), 3), np.nan), np.full((len(states), SENSED), np.nan)
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
         effects = setting.hardware.effects.numbers()
-        rows = _drive(coefficients, friction, built, effects, start, tau, substeps, states, applied)
+        fixed = (coefficients, friction, built, effects, bridges, start, run)
+        rows = _drive(*fixed, tau, substeps, states, applied, seen, sensed)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)
@@ -305,7 +330,8 @@ def drive(
         torque=_with_last(tau),
         error=unknown,
         applied=_with_last(applied),
-        measured=np.full((len(states), 3), np.nan),
+        measured=seen,
+        sensed=sensed,
         reference_tip=unknown,
         reference_joint=unknown,
         **vars(plant.observe(states)),

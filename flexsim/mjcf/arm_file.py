@@ -25,6 +25,7 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
+from flexsim.mjcf.reading.bridges import bridge_sites
 from flexsim.mjcf.reading.checks import before_compiling, reasons
 from flexsim.mjcf.reading.limits import require_small
 from flexsim.mjcf.reading.linear_checks import linear_reasons
@@ -63,6 +64,15 @@ class ArmFile(ABC):
     source: str
     L_R: float
     clamp: float
+
+    @cached_property
+    def bridge_sites(self) -> tuple[float, float] | None:
+        """Places of the sites strain1 and strain2, from the clamp [m]; None without.
+
+        Raises:
+            ModelError: there is one only, or one is off the beam.
+        """
+        return bridge_sites(self.model, self.source, self.L_R + self.clamp, self.reach - self.clamp)
 
     @property
     def step(self) -> float:

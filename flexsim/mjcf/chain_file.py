@@ -90,6 +90,7 @@ def chain_of(given: Given) -> ChainModel:
     )
     require_stable_step(chain)
     require_steady(chain)
+    _ = chain.bridge_sites  # refuses sites off the beam
     return chain
 
 

@@ -80,25 +80,36 @@ def bent_angles(parameters: Parameters, design: ChainDesign) -> list[float]:
     return angles
 
 
-def chain_mjcf(parameters: Parameters, design: ChainDesign, timestep: float = LONGEST_STEP) -> str:
+def chain_mjcf(
+    parameters: Parameters,
+    design: ChainDesign,
+    timestep: float = LONGEST_STEP,
+    bridges: tuple[float, float] | None = None,
+) -> str:
     """Return the text of the MJCF file of the arm with this chain for a beam.
 
     Args:
         parameters: the robot; design: hinges and stiffnesses of the same robot's chain.
-        timestep: physics step [s].
+        timestep: physics step [s]. bridges: places of strain bridges, from the clamp [m].
 
     Raises:
-        ParameterError: the timestep is not a finite number above 0.
+        ParameterError: the timestep is not a finite number above 0, or a bridge is off the beam.
     """
     if not (math.isfinite(timestep) and timestep > 0):
         raise ParameterError(f"timestep is {timestep!r} s; give a finite number, more than 0")
+    for place in bridges or ():
+        if not 0 <= place <= parameters.L:
+            raise ParameterError(
+                f"a strain bridge is {place:g} m from the clamp, off the beam; give 0 to "
+                f"{parameters.L:g} m"
+            )
     straight = num(*HOME, *[0.0] * design.segments)
     bent = [round(angle, 6) for angle in bent_angles(parameters, design)]
     return document(
         _header(design, timestep),
         looks(parameters),
         defaults(strip=STRIP),
-        worldbody(parameters, _beam(parameters, design)),
+        worldbody(parameters, _beam(parameters, design, bridges)),
         actuators(parameters),
         sensors(_hinge_sensors(design)),
         keyframes(parameters, straight, num(*HOME, *bent)),
@@ -149,7 +160,7 @@ def _header(design: ChainDesign, timestep: float) -> str:
   </option>"""
 
 
-def _beam(p: Parameters, design: ChainDesign) -> str:
+def _beam(p: Parameters, design: ChainDesign, bridges: tuple[float, float] | None = None) -> str:
     """Return the nested bodies of the beam."""
     rho = num(p.rho)
     root, *segments = beam_pieces(p, design)
@@ -162,6 +173,7 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
         f"             ratio {num(p.zeta)}, assumed -->",
         f'        <body name="root" pos="{num(p.r)} 0 0">',
         *_piece(" " * 10, root),
+        *_bridges(" " * 10, design, 0, bridges),
     ]
     start = root.length
     for j, (piece, stiffness) in enumerate(zip(segments, design.stiffness, strict=True), start=1):
@@ -172,6 +184,7 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
             f' damping="{num(p.eta * stiffness)}"/>',
             *_piece(pad + "  ", piece),
             f'{pad}  <geom class="mark"/>',
+            *_bridges(pad + "  ", design, j, bridges),
         ]
         start = piece.length
     pad = " " * (10 + 2 * design.segments)
@@ -183,6 +196,19 @@ def _beam(p: Parameters, design: ChainDesign) -> str:
     ]
     lines += [" " * (8 + 2 * j) + "</body>" for j in range(design.segments, -1, -1)]
     return "\n".join(lines)
+
+
+def _bridges(
+    pad: str, design: ChainDesign, piece: int, bridges: tuple[float, float] | None
+) -> list[str]:
+    """Return the sites of the strain bridges that are on a piece of the beam, 0 the root."""
+    own = []
+    for i, place in enumerate(bridges or (), start=1):
+        on = int(np.searchsorted(design.position, place, side="right"))
+        if on == piece:
+            start = 0.0 if on == 0 else float(design.position[on - 1])
+            own.append(f'{pad}<site name="strain{i}" pos="{num(place - start)} 0 0"/>')
+    return own
 
 
 def _piece(pad: str, piece: Piece) -> list[str]:

@@ -37,13 +37,13 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int):  # type: ignor
 
 
 @jit
-def normal(seed: int, run: int, sample: int) -> float:
+def normal(seed: int, run: int, sample: int, channel: int = 0) -> float:
     """Return a number of the standard normal distribution, by Box and Muller; at most 6.8 large.
 
     Args:
-        seed: 0 to SEED_MOST. run, sample: 0 to 2^32 - 1.
+        seed: 0 to SEED_MOST. run, sample: 0 to 2^32 - 1. channel: which of what one sample reads.
     """
-    words = philox(sample, run, 0, 0, seed & MASK, (seed >> 32) & MASK)
+    words = philox(sample, run, channel, 0, seed & MASK, (seed >> 32) & MASK)
     first, second = words[0], words[1]
     radius = math.sqrt(-2.0 * math.log((first + 0.5) * WORD))
     return radius * math.cos(2.0 * math.pi * second * WORD)

@@ -80,6 +80,19 @@ class Plant(Protocol):
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, m) [m]."""
 
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the matrix (P, m) from positions to v'' at places (P,) from the clamp [1/m, m].
+
+        To first order, positive where the beam bends towards +v; see `flexsim.plants.curvature`.
+
+        Raises:
+            ParameterError: a place off the beam, or no beam that bends.
+        """
+
+    @property
+    def bridge_sites(self) -> tuple[float, float] | None:
+        """Places of strain bridges that the plant's file has, from the clamp [m], or None."""
+
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad].
 

@@ -37,6 +37,7 @@ from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation, Plant
 from flexsim.plants.closed_form_chain import ClosedChain, closed_form
+from flexsim.plants.curvature import curvature_of_chain
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
 
@@ -134,6 +135,16 @@ class ChainPlant:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, nq) [m]."""
         along, across = self.shape(q)
         return along[:, -1], across[:, -1]
+
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
+        bent = curvature_of_chain(self.chain, self.parameters, places)
+        return np.hstack([np.zeros((len(bent), 2)), bent])
+
+    @property
+    def bridge_sites(self) -> tuple[float, float] | None:
+        """Places of strain bridges in the file, from the clamp [m], or None."""
+        return self.chain.bridge_sites
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad], all read from the compiled MJCF.

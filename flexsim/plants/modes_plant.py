@@ -40,6 +40,7 @@ from flexsim.plants import assumed_modes
 from flexsim.plants.assumed_modes import AssumedModes
 from flexsim.plants.base import Observation
 from flexsim.plants.chain_as_modes import modes_of_chain, vibration
+from flexsim.plants.curvature import curvature_of_chain, curvature_of_modes
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.printed import (
     AS_PRINTED,
@@ -202,6 +203,26 @@ class AssumedModesPlant:
         p, eta = self.coefficients, q[:, 2:]
         shortening = np.sum(product(eta, p.slope) * eta, axis=1) / 2
         return p.reach - shortening, product(eta, p.tip)
+
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
+        n = self.modes
+        if n == 0:
+            raise ParameterError(
+                f"the {self.name} plant has a second link that does not bend, on which strain "
+                "bridges read nothing; give another plant, or estimator=exact"
+            )
+        if self.chain is None:
+            bent = curvature_of_modes(self.parameters, n, places)
+        else:
+            hinges = vibration(self.chain, self.parameters, n).hinges
+            bent = product(curvature_of_chain(self.chain, self.parameters, places), hinges)
+        return np.hstack([np.zeros((len(bent), 2)), bent])
+
+    @property
+    def bridge_sites(self) -> tuple[float, float] | None:
+        """Places of strain bridges in the file, from the clamp [m], or None."""
+        return None if self.chain is None else self.chain.bridge_sites
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad]."""

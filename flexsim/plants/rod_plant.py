@@ -44,6 +44,7 @@ from flexsim.numerics.mujoco_c import quiet_warnings
 from flexsim.numerics.quadrature import gauss_legendre
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.curvature import curvature_of_rod
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Rod, Workspaces
 
@@ -136,6 +137,15 @@ class RodPlant:
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, nq) [m]."""
         return self.rod.reach + q[:, -2], q[:, -1].copy()
+
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
+        return curvature_of_rod(self.rod, self.parameters, places)
+
+    @property
+    def bridge_sites(self) -> tuple[float, float] | None:
+        """Places of strain bridges in the file, from the clamp [m], or None."""
+        return self.rod.bridge_sites
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad]: joints, and the vertices' motions across.

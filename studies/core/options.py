@@ -143,8 +143,8 @@ class HardwareOptions(HardwareNumberOptions):
     PANEL: ClassVar = headings.HARDWARE
 
     hardware: str = "ideal"
-    """ideal, the paper's, or bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
-    0.1 mm of noise on v)."""
+    """ideal, the paper's; bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
+    0.1 mm of noise on v); or bridges, the bench with v from two strain bridges."""
 
     @property
     def hardware_numbers(self) -> dict[str, Any]:

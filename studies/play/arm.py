@@ -17,7 +17,7 @@ import numpy as np
 from flexsim.loop.compiled_loop import Loop
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
+from flexsim.loop.hardware import BridgeNumbers, Hardware, bridge_numbers
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -72,6 +72,7 @@ class Arm:
         self._kept = 0
         self.push = self.body.release()
         self.controllers = controllers
+        self._numbers = self._bridges()
         self._memory = Memory(
             self._start.copy(),
             np.zeros(controllers.b.shape[1:]),
@@ -79,7 +80,12 @@ class Arm:
             np.zeros((self.hardware.delay, 2)),
             np.zeros(2),
             work_space(len(self._start) // 2),
+            np.zeros(self._numbers.room),
         )
+
+    def _bridges(self) -> BridgeNumbers:
+        """Return what bridges and tachometers read of the plant as it is."""
+        return bridge_numbers(self.hardware, self.body.plant, self.loop.period)
 
     @property
     def state(self) -> Array:
@@ -101,6 +107,7 @@ class Arm:
             self.friction.numbers(),
             self.hardware.numbers(loop.period, loop.substeps),
             self.hardware.effects.numbers(),
+            self._numbers,
             loop,
             self.controllers,
             self._memory,
@@ -133,9 +140,10 @@ class Arm:
             self.push = self.body.push(point, shove.force, shove.torque, self.state)
 
     def became(self, plant: Plant) -> None:
-        """Go on as another plant of the body's."""
+        """Go on as another plant of the body's, bridges calibrated in it."""
         state = self.body.take(plant, self._memory.state)
         self._memory.state[:] = state
+        self._numbers = self._bridges()
 
     def retuned(self, controllers: Controllers) -> None:
         """Have another controller, its memory what the last REHEARSED measurements make of it.
@@ -156,6 +164,7 @@ class Arm:
             period: the next to be run.
         """
         self.hardware = hardware
+        self._numbers = self._bridges()
         late = np.zeros((hardware.delay, 2))
         said = self._last("torque", 2, hardware.delay)
         for j in range(1, len(said) + 1):
@@ -185,7 +194,7 @@ class Arm:
         which = np.array([row_of(int(k), len(ref.time), self.again) for k in periods], dtype=int)
         columns = {
             name: np.concatenate([getattr(block.rows, name) for block in blocks])
-            for name in ("state", "torque", "error", "applied", "measured")
+            for name in ("state", "torque", "error", "applied", "measured", "sensed")
         }
         looks = [
             vars(plant.observe(np.concatenate([block.rows.state for block in group])))

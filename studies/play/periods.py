@@ -19,14 +19,18 @@ from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, has_left, tip_of
 from flexsim.loop.control.compiled import Controllers, control_sample
 from flexsim.loop.friction import FrictionNumbers, joint_torques
 from flexsim.loop.hardware import (
+    SENSED,
+    BridgeNumbers,
     EffectNumbers,
     HardwareNumbers,
     commands,
     mean_torque,
     measured,
     motor_step,
+    read_bridges,
     rippled,
 )
+from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
@@ -64,6 +68,7 @@ class Memory(NamedTuple):
     Attributes:
         state: (2 m,). z, inner: of the controller, see `control_sample`. late: (delay, 2) commands
             that wait. motors: (2,) torques of lagging motors [N m]. work: of the plant's step.
+        bridges: (room,) of what is read, see `read_bridges`.
     """
 
     state: Array
@@ -72,6 +77,7 @@ class Memory(NamedTuple):
     late: Array
     motors: Array
     work: Array
+    bridges: Array
 
 
 class Rows(NamedTuple):
@@ -83,11 +89,12 @@ class Rows(NamedTuple):
     applied: Array
     measured: Array
     tip: Array
+    sensed: Array
 
 
 def rows_for(count: int, size: int) -> Rows:
     """Return room for a number of periods, of states of a size, nan where nothing is written."""
-    widths = (size, 2, 2, 2, 3, 2)
+    widths = (size, 2, 2, 2, 3, 2, SENSED)
     return Rows(*(np.full((count, width), np.nan) for width in widths))
 
 
@@ -220,6 +227,7 @@ def run_periods(  # type: ignore[no-untyped-def]
     friction: FrictionNumbers,
     h: HardwareNumbers,
     effects: EffectNumbers,
+    bridges: BridgeNumbers,
     loop: Loop,
     controllers: Controllers,
     memory: Memory,
@@ -244,10 +252,18 @@ def run_periods(  # type: ignore[no-untyped-def]
             return i, i
         rows.tip[i, 0], rows.tip[i, 1] = tip_of(loop, state, along, v)
         th1, th2, v_seen = measured(h, RUN, k, state[0], state[1], v)
+        if bridges.there:
+            v_seen = read_bridges(bridges, memory.bridges, RUN, k, th1, th2, state, v_seen)
         e1 = loop.joint[r, 0] - th1
         e2 = loop.joint[r, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
         u1, u2 = control_sample(controllers, 0, memory.z, memory.inner, e1, e2, v_seen)
         c1, c2 = commands(h, memory.late, k, u1, u2, friction.limit_1, friction.limit_2)
+        if bridges.there:
+            memory.bridges[TOLD], memory.bridges[TOLD + 1] = c1, c2
+        if bridges.strained:
+            rows.sensed[i, :2] = memory.bridges[:2]
+        if bridges.turning:
+            rows.sensed[i, 2:] = memory.bridges[RATES : RATES + 2]
         rows.applied[i, 0], rows.applied[i, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
         rows.measured[i, 0], rows.measured[i, 1], rows.measured[i, 2] = th1, th2, v_seen
         rows.state[i, :] = state

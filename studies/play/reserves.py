@@ -103,7 +103,7 @@ def live_reserves(question: Question) -> Answer:
 def _sampled(question: Question) -> SampledPlant:
     """Return the plant of a question over a period, under exact hold."""
     gain, damping = small_signal(question.friction)
-    own = Hardware(delay=question.hardware.delay, lag=question.hardware.lag)
+    own = question.hardware.linear
     if isinstance(question.robot, Parameters):
         (found,) = exact_loops(
             question.robot,

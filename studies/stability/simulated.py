@@ -9,9 +9,9 @@ import numpy as np
 from flexsim.arm.kinematics import tip_position
 from flexsim.linear.controller_space import controller_states
 from flexsim.linear.loop_poles import LinearLoop, LoopOptions
+from flexsim.loop.compiled_loop import Outcome
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
 from flexsim.loop.populations import Stage, run_population
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
@@ -52,8 +52,8 @@ def simulated_errors(
     options: LoopOptions,
     samples: int,
     offset: float = OFFSET,
-) -> tuple[Array, Array, Array]:
-    """Return states (P, K, 2m), torques and errors (P, K, 2) of loops with an initial error.
+) -> Outcome:
+    """Return the outcome, every sample recorded, of P loops with an initial error.
 
     Args:
         controllers: P of them. samples: K. offset: of both joints [rad].
@@ -62,10 +62,8 @@ def simulated_errors(
     chosen = Setting("linear", linear_friction(options), "a torque gain per joint")
     loop = loop_of(plant, ref, v_gain=options.v_gain)
     start = plant.rest_state(ref.joint[0])
-    linear = Hardware(delay=options.hardware.delay, lag=options.hardware.lag)
-    stage = Stage(plant, chosen.friction.numbers(), loop, start, linear)
-    outcome = run_population(stage, controllers, stride=1)
-    return outcome.states, outcome.torques, outcome.errors
+    stage = Stage(plant, chosen.friction.numbers(), loop, start, options.hardware.linear)
+    return run_population(stage, controllers, stride=1)
 
 
 def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> float | None:
@@ -87,15 +85,16 @@ def simulated_growth(plant: Plant, loop: LinearLoop, options: LoopOptions) -> fl
     order = len(loop.matrix) - len(loop.sampled.A)
     samples = round(min(LONGEST, math.log(GROWN) / rate) / options.period) + order
     theta2 = loop.sampled.linear.theta2
-    states, torques, errors = simulated_errors(plant, theta2, loop.controllers, options, samples)
-    deviation = loop.sampled.linear.state(states[0]).copy()
+    ran = simulated_errors(plant, theta2, loop.controllers, options, samples)
+    deviation = loop.sampled.linear.state(ran.states[0]).copy()
     deviation[:, 1] -= theta2
-    motors = loop.sampled.motor_states(torques[0])
-    measured = np.column_stack([errors[0], plant.observe(states[0], energy=False).v])
+    behind = np.hstack([deviation, loop.sampled.motor_states(ran.torques[0])])
+    memory = loop.sampled.memory_states(behind, ran.torques[0])
+    measured = np.column_stack([ran.errors[0], ran.measured[0, :, 2]])
     delays = controller_states(loop.controllers, measured)
     values, vectors = np.linalg.eig(loop.matrix.T)
     left = vectors[:, np.argmax(np.abs(values))]
-    size = np.log(np.abs(np.hstack([deviation, motors, delays]) @ left))[1:]
+    size = np.log(np.abs(np.hstack([behind, memory, delays]) @ left))[1:]
     return float(np.polyfit(options.period * np.arange(len(size)), size, 1)[0])
 
 
@@ -107,7 +106,7 @@ def simulated_rates(
     From the last but one quarter of the run to the last, or, for errors that outgrew the initial
     one and may have stopped growing for nonlinear reasons, from the start; inf if diverged.
     """
-    _, _, errors = simulated_errors(plant, theta2, controllers, options, samples)
+    errors = simulated_errors(plant, theta2, controllers, options, samples).errors
     quarter = samples // 4
     parts = [errors[:, -2 * quarter : -quarter], errors[:, -quarter:]]
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):

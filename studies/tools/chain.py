@@ -39,6 +39,9 @@ class ChainConfig:
     """Physics step of the file [s]; RK4 needs it below 2.8 over the highest frequency."""
     plain: bool = False
     """Leave the chain untuned: hinges at the centres of equal cells h, stiffness EI/h."""
+    bridges: tuple[float, float] | None = None
+    """Places of two strain bridges from the clamp [m], written as the sites strain1 and strain2; no
+    sites unless given."""
     robot: Parameters = field(default_factory=Parameters)
     """The robot whose beam the chain stands for."""
     front: bool = False
@@ -74,7 +77,7 @@ def run(config: ChainConfig) -> ChainResult:
     parameters = config.robot
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
-    text = chain_mjcf(parameters, design, config.timestep)
+    text = chain_mjcf(parameters, design, config.timestep, config.bridges)
     model = compiled(text)
     omega, longest = highest_frequency(model), longest_step(model) or math.inf
     if config.timestep >= longest:

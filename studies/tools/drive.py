@@ -15,6 +15,7 @@ from flexsim.loop.beyond import beyond
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
+from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 from flexsim.robot.start import Start, start_of
@@ -24,9 +25,12 @@ from studies.core.text import spelled
 from studies.tools.held_log import Log
 from studies.tools.logs import LogOptions, read_log
 
+RUNS_MOST = 2**32  # of which each has noise of its own
 TORQUE = "torque file"
 MOTION = "the motion"
 MOTION_HEADER = ["t", "x", "y", "theta1", "theta2", "v"]
+MEASURED_HEADER = ["t", "tau1", "tau2", "theta1", "theta2", "v"]
+SENSED_HEADER = ["strain1", "strain2", "w1", "w2"]  # where they are sensed
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,12 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     out: Path
     """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k, which counts
     from the log's first stamp."""
+    columns: Literal["true", "measured"] = "true"
+    """What is written: the motion; or what a laboratory logs of it, through the sensors of
+    --hardware: t,tau1,tau2,theta1,theta2,v, with bridges strain1,strain2, with tachometers w1,w2
+    [s, N m, rad, m, -, rad/s]."""
+    run_number: int = 0
+    """Which of many runs it is, by which the noise of what is measured differs."""
     plant: str = "chain"
     """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
     exudyn[:N]."""
@@ -54,6 +64,8 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     """Joints that do not move: joint1, joint2 or both; none unless given."""
     force: bool = False
     """Overwrite the file named by --out."""
+    seed: int = 0
+    """Of the noise of what is measured."""
     json: bool = False
     """Print one JSON object about the motion instead of lines."""
 
@@ -78,7 +90,9 @@ def run(config: DriveConfig) -> Driven:
     if config.lock:
         plant = plant.locked(config.lock)
     state = None if start is None else start.state
-    motion = drive(plant, chosen, torque, config.period, theta, state)
+    if not 0 <= config.run_number < RUNS_MOST:
+        raise ParameterError(f"--run-number is {config.run_number}; give 0 to {RUNS_MOST - 1}")
+    motion = drive(plant, chosen, torque, config.period, theta, state, config.run_number)
     return Driven(motion.first(len(torque)), log, start)
 
 
@@ -113,15 +127,35 @@ def _start(
     return theta, start
 
 
-def write_motion(path: Path, motion: Motion, force: bool = True) -> None:
+def write_motion(path: Path, motion: Motion, force: bool = True, columns: str = "true") -> None:
     """Write a motion as CSV, all of it or nothing; numbers read back to the same doubles.
+
+    Args:
+        columns: 'true', or 'measured' for what a laboratory logs of it.
 
     Raises:
         RunError: the file cannot be written.
     """
-    table = np.column_stack([motion.time, motion.tip, motion.joint, motion.v])
-    lines = [",".join([f"{row[0]:.9g}", *map(repr, row[1:])]) for row in table.tolist()]
-    write_text(path, "\n".join([",".join(MOTION_HEADER), *lines, ""]), MOTION, force)
+    header, table = MOTION_HEADER, np.column_stack([motion.tip, motion.joint, motion.v])
+    if columns == "measured":
+        header, table = measured_table(motion)
+    rows = np.column_stack([motion.time, table]).tolist()
+    lines = [",".join([f"{row[0]:.9g}", *map(repr, row[1:])]) for row in rows]
+    write_text(path, "\n".join([",".join(header), *lines, ""]), MOTION, force)
+
+
+def measured_table(motion: Motion) -> tuple[list[str], Array]:
+    """Return the names of the columns, and all but the time (K, C), of what a laboratory logs.
+
+    The torques are those commanded; strains and rates are there where they are sensed.
+    """
+    table, sensed = [motion.torque, motion.measured], motion.sensed
+    header = list(MEASURED_HEADER)
+    if sensed is not None:
+        there = np.isfinite(sensed).all(axis=0)
+        header += [name for name, own in zip(SENSED_HEADER, there, strict=True) if own]
+        table.append(sensed[:, there])
+    return header, np.hstack(table)
 
 
 def summary(config: DriveConfig, driven: Driven, notes: tuple[str, ...]) -> dict[str, Any]:
@@ -170,7 +204,7 @@ def command(config: DriveConfig) -> None:
     require_replaceable(config.out, MOTION, config.force)
     driven, robot = run(config), config.robot_of()
     motion = driven.motion
-    write_motion(config.out, motion, config.force)
+    write_motion(config.out, motion, config.force, config.columns)
     v_most = float(np.abs(motion.v).max())
     notes = beyond(motion.plant, v_most, robot.parameters.L)
     if config.json:

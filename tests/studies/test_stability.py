@@ -169,7 +169,7 @@ def test_growth_rate_is_that_of_the_simulation(plant: Plant, name: str) -> None:
 
 def test_growth_rate_can_be_read_off_the_motion(plant: Plant) -> None:
     loop = tuned_loop(plant, "two-loop")
-    _, _, errors = simulated_errors(plant, POSE, loop.controllers, AS_SIMULATED, 2500)
+    errors = simulated_errors(plant, POSE, loop.controllers, AS_SIMULATED, 2500).errors
     window = round(2 * np.pi / np.angle(loop.poles[0]))  # one swing
     peaks = np.abs(errors[0, :, 1][: 2500 // window * window]).reshape(-1, window).max(axis=1)
     late = np.log(peaks[len(peaks) // 2 :])

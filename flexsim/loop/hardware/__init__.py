@@ -1,6 +1,12 @@
 """Sensors, computer, motors and joints of a laboratory: `base` has them, the rest their parts."""
 
 from flexsim.loop.hardware.base import HARDWARE, IDEAL, Hardware, named, overridden
+from flexsim.loop.hardware.bridges import (
+    SENSED,
+    BridgeNumbers,
+    bridge_numbers,
+    read_bridges,
+)
 from flexsim.loop.hardware.effects import EffectNumbers, JointEffects, rippled
 from flexsim.loop.hardware.numbers import (
     HardwareNumbers,
@@ -16,11 +22,14 @@ from flexsim.loop.hardware.sensing import Sensing
 __all__ = [
     "HARDWARE",
     "IDEAL",
+    "SENSED",
+    "BridgeNumbers",
     "EffectNumbers",
     "Hardware",
     "HardwareNumbers",
     "JointEffects",
     "Sensing",
+    "bridge_numbers",
     "commands",
     "lag_factors",
     "mean_torque",
@@ -28,6 +37,7 @@ __all__ = [
     "motor_step",
     "named",
     "overridden",
+    "read_bridges",
     "rippled",
     "waiting_room",
 ]

@@ -6,7 +6,8 @@
 `ideal` is the paper's: measured, computed and applied in one instant. `bench` is *assumed*: numbers
 that a bench of this size would have. The order of things at a sample:
 
-1. theta1 and theta2 are read from encoders, rounded to a count; v carries noise (`.sensing`);
+1. theta1 and theta2 are read from encoders, rounded to a count; v carries noise, or is made of
+   what strain bridges read (`.sensing`);
 2. the controllers compute a command, which waits for `delay` samples;
 3. it is limited, to the lesser of the hardware's and the friction setting's limit;
 4. the motor follows with a first-order lag, and each physics step gets the mean of what the motor
@@ -120,6 +121,20 @@ class Hardware:
         own = [text for there, text in parts if there]
         return ", ".join([*own, *changed_words(self.sensing), *changed_words(self.effects)])
 
+    @property
+    def quanta(self) -> tuple[float, float]:
+        """Angles of a count at the joints [rad], 0 for exact."""
+        one, other = (
+            2 * math.pi / (self.counts * gear) if self.counts else 0.0 for gear in self.sensing.gear
+        )
+        return one, other
+
+    @property
+    def linear(self) -> Hardware:
+        """What a linear loop knows: delay, lag, and bridges without noise, offset and drift."""
+        own = replace(self.sensing.quiet, gear=(1.0, 1.0))
+        return Hardware(delay=self.delay, lag=self.lag, sensing=own)
+
     def numbers(self, period: float, substeps: int) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
 
@@ -127,9 +142,7 @@ class Hardware:
             period: control period [s], of `substeps` physics steps.
         """
         decay, mean = lag_factors(self.lag, period / substeps)
-        quantum_1, quantum_2 = (
-            2 * math.pi / (self.counts * gear) if self.counts else 0.0 for gear in self.sensing.gear
-        )
+        quantum_1, quantum_2 = self.quanta
         return HardwareNumbers(
             self.ideal,
             int(self.delay),
@@ -151,6 +164,20 @@ HARDWARE = {
     "ideal": IDEAL,
     "delayed": Hardware(delay=1),  # ideal but for one sample of computing delay
     "bench": Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4),  # *assumed*
+    "bridges": Hardware(  # *assumed*: the bench, v from two bridges of 1 % and half a microstrain
+        delay=1,
+        torque_limit=(10.0, 5.0),
+        counts=8192,
+        sensing=Sensing(
+            estimator="two-bridges",
+            bridge_gain=(0.01, -0.01),
+            bridge_offset=(1e-6, -1e-6),
+            bridge_noise=(5e-7, 5e-7),
+            bridge_filter=2e-4,
+            tachometers="on",
+            tachometer_noise=(5e-3, 5e-3),
+        ),
+    ),
 }
 
 

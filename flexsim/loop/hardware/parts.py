@@ -39,6 +39,33 @@ def part(
     return field(default=default, metadata=metadata)
 
 
+def word(default: str, choices: Sequence[str], meaning: str) -> Any:
+    """Return a dataclass field of a part that is a word; one with a colon has a number behind it.
+
+    Args:
+        choices: what it may be, 'kalman:' with any text behind. meaning: one line.
+    """
+    about = {"unit": "-", "meaning": meaning, "source": "assumed", "choices": tuple(choices)}
+    return field(default=default, metadata=about)
+
+
+def _check_word(name: str, value: Any, about: Any) -> None:
+    """Refuse a word that is none of a field's.
+
+    Raises:
+        ParameterError: names those that there are.
+    """
+    good = isinstance(value, str) and any(
+        value == each or (each.endswith(":") and value.startswith(each))
+        for each in about["choices"]
+    )
+    if not good:
+        known = ", ".join(each + "n" * each.endswith(":") for each in about["choices"])
+        raise ParameterError(
+            f"hardware {name} ({about['meaning']}) is {value}; choose one of {known}"
+        )
+
+
 def check_parts(given: Any) -> None:
     """Refuse a part's number that is none, not finite or out of its range.
 
@@ -48,7 +75,9 @@ def check_parts(given: Any) -> None:
     for item in fields(given):
         value, about = getattr(given, item.name), item.metadata
         usual: Any = item.default
-        if "unit" not in about:
+        if "choices" in about:
+            _check_word(item.name, value, about)
+        if "low" not in about:
             continue
         many = isinstance(usual, tuple)
         numbers = value if many and isinstance(value, tuple) else (value,)

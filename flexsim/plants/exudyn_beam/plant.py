@@ -27,6 +27,7 @@ from flexsim.numerics.eigenvalues import eigenvalues
 from flexsim.numerics.step_limits import POSES
 from flexsim.numerics.types import Array
 from flexsim.plants.base import MODES_SHOWN, Observation
+from flexsim.plants.curvature import on_beam
 from flexsim.plants.exudyn_beam import shapes
 from flexsim.plants.exudyn_beam.calls import serving
 from flexsim.plants.exudyn_beam.frames import FIRST, OF_NODE, ExudynBeam, all_to_world
@@ -83,6 +84,7 @@ class ExudynPlant:
     integrator = "trapezoidal"
     mjcf = None
     model = None
+    bridge_sites = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.elements <= ELEMENTS_MOST:
@@ -180,6 +182,17 @@ class ExudynPlant:
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, m) [m]."""
         return self.parameters.reach + q[:, -4], q[:, -3].copy()
+
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
+        p = self.parameters
+        nodal = shapes.hermite(self.elements, p.L, on_beam(places, p.L), 2)  # (P, 2 (N+1))
+        rows = np.zeros((len(nodal), self.m))
+        rows[:, FIRST + 1 :: OF_NODE], rows[:, FIRST + 3 :: OF_NODE] = (
+            nodal[:, 2::2],
+            nodal[:, 3::2],
+        )
+        return rows
 
     def linearised(self, theta2: float) -> LinearPlant:
         """Return the plant about rest at theta2 [rad]: joints, and the nodes' motions across.
