@@ -49,13 +49,14 @@ def late(sampled: SampledPlant, extra: float) -> SampledPlant:
 @lru_cache(maxsize=2048)
 def _late(sampled: SampledPlant, extra: float) -> SampledPlant:
     hardware, period = sampled.options.hardware, sampled.period
+    lags = (hardware.lag, hardware.effects.amplifier)
     whole = math.floor(extra / period + SAME)
     rest = extra - whole * period
     if rest <= SAME * period:
-        A, new = zero_order_hold(sampled.linear, period, hardware.lag)
+        A, new = zero_order_hold(sampled.linear, period, *lags)
         old = np.zeros_like(new)
     else:
-        A, old, new = split_hold(sampled.linear, period, rest, hardware.lag)
+        A, old, new = split_hold(sampled.linear, period, rest, *lags)
     gain = np.array(sampled.options.torque_gain)
     parts = _waiting(A, old * gain, new * gain, hardware.delay + whole)
     C, same = np.zeros((3, len(parts[0]))), {"A": parts[0], "B": parts[1]}

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from flexsim.errors import ParameterError
-from flexsim.loop.hardware import lag_factors
+from flexsim.loop.hardware import JointEffects, cascade
 from flexsim.numerics.clocks import whole_substeps
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -52,15 +52,47 @@ def linearise(
     return replace(linear, D=D)
 
 
-def zero_order_hold(linear: LinearPlant, period: float, lag: float = 0.0) -> tuple[Array, Array]:
+def with_shafts(linear: LinearPlant, effects: JointEffects) -> LinearPlant:
+    """Return a plant behind its motors' shafts, gaps closed: one more coordinate for each motor.
+
+    As it is if no joint has a shaft.
+
+    Args:
+        effects: whose shaft, shaft_damping and motor_inertia count.
+    """
+    for j in range(2):
+        k, damping = effects.shaft[j], effects.shaft_damping[j]
+        if k == 0:
+            continue
+        m, gear = len(linear.M), float(linear.S[j, j])
+        M, D, K = (np.pad(each, ((0, 1), (0, 1))) for each in (linear.M, linear.D, linear.K))
+        S = np.pad(linear.S, ((0, 1), (0, 0)))
+        M[m, m] = gear * effects.motor_inertia[j]
+        for X, each in ((K, gear * k), (D, gear * damping)):
+            X[[j, m], [j, m]] += each
+            X[[j, m], [m, j]] -= each
+        S[m, j], S[j, j] = gear, 0.0
+        linear = replace(linear, M=M, D=D, K=K, S=S, tip=np.append(linear.tip, 0.0))
+    return linear
+
+
+def _lags(lag: float, amplifier: float) -> list[float]:
+    """Return the lags that are there, the motor's first [s]."""
+    return [each for each in (lag, amplifier) if each > 0]
+
+
+def zero_order_hold(
+    linear: LinearPlant, period: float, lag: float = 0.0, amplifier: float = 0.0
+) -> tuple[Array, Array]:
     """Return (Ad, Bd), the exact motion over one period with the torques' commands held.
 
     Args:
         linear: with n = 2m states. period: [s].
         lag: time constant of the motors [s], which are then two more states: their torques [N m].
+        amplifier: of their currents [s], two more.
 
     Returns:
-        (n, n) and (n, 2), n + 2 with a lag.
+        (n, n) and (n, 2), n + 2 with a lag, n + 4 with two.
 
     Raises:
         ParameterError: the period is not a finite number over 0.
@@ -68,28 +100,29 @@ def zero_order_hold(linear: LinearPlant, period: float, lag: float = 0.0) -> tup
     if not 0 < period < math.inf:
         raise ParameterError(f"control period is {period} s; give more than 0")
     X, n = _augmented(linear), len(linear.A)
-    if lag > 0:  # tau' = (u - tau) / lag
+    for each in _lags(lag, amplifier):  # tau' = (u - tau) / lag
         X = np.pad(X, ((0, 2), (0, 2)))
-        X[n : n + 2, n:] = np.hstack([-np.eye(2), np.eye(2)]) / lag
+        X[n : n + 2, n:] = np.hstack([-np.eye(2), np.eye(2)]) / each
         n += 2
     return _split(expm(X * period), n)
 
 
 def split_hold(
-    linear: LinearPlant, period: float, before: float, lag: float = 0.0
+    linear: LinearPlant, period: float, before: float, lag: float = 0.0, amplifier: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return (Ad, B_old, B_new) where a period begins with the commands of one sample ago.
 
     The modified z-transform: the old command is held for `before`, the new one for the rest.
 
     Args:
-        period: [s]. before: above 0, below the period [s]. lag: as in `zero_order_hold`.
+        period: [s]. before: above 0, below the period [s].
+        lag, amplifier: as in `zero_order_hold`.
 
     Returns:
-        (n, n), (n, 2), (n, 2); n + 2 with a lag.
+        (n, n), (n, 2), (n, 2); n + 2 with a lag, n + 4 with two.
     """
-    A1, B1 = zero_order_hold(linear, before, lag)
-    A2, B2 = zero_order_hold(linear, period - before, lag)
+    A1, B1 = zero_order_hold(linear, before, lag, amplifier)
+    A2, B2 = zero_order_hold(linear, period - before, lag, amplifier)
     return A2 @ A1, A2 @ B1, B2
 
 
@@ -100,6 +133,7 @@ def stepped_hold(
     integrator: str = "RK4",
     held_friction: ArrayLike = (0.0, 0.0),
     lag: float = 0.0,
+    amplifier: float = 0.0,
 ) -> tuple[Array, Array]:
     """Return (Ad, Bd) as the simulation steps the plant over one period, `period/step` times.
 
@@ -114,6 +148,7 @@ def stepped_hold(
             joints' rates at the start of a step give [N m s/rad], as `flexsim.loop.friction` does.
         lag: time constant of the motors [s], which are then two more states; a step gets the mean
             of their torques over it, as `flexsim.loop.hardware` does.
+        amplifier: of their currents [s], two more.
 
     Raises:
         ParameterError: the period is no whole multiple of the step.
@@ -134,14 +169,16 @@ def stepped_hold(
         rate = np.linalg.solve(ahead, np.hstack([-h * K, M, h * linear.S]))  # (m, n+2)
         X = np.vstack([np.eye(m, n + 2) + h * rate, rate, np.eye(2, n + 2, n)])
     X[:n, m : m + 2] -= X[:n, n:] * np.asarray(held_friction, dtype=float)
-    if lag > 0:
-        decay, mean = lag_factors(lag, step)
-        into, one = X[:, n:].copy(), np.eye(2)
-        X = np.pad(X, ((0, 2), (0, 2)))
-        X[:n, n:] = np.hstack([mean * into[:n], (1 - mean) * into[:n]])
-        X[n : n + 2, n:] = np.hstack([decay * one, (1 - decay) * one])
-        X[n + 2 :, n:] = np.hstack([0 * one, one])
-        n += 2
+    lags = _lags(lag, amplifier)
+    if lags:
+        c, into, more = cascade(lag, amplifier, step), X[:n, n:].copy(), 2 * len(lags)
+        X = np.pad(X, ((0, more), (0, more)))
+        rows = [[c.motor, c.amplifier], [0.0, c.own]] if len(lags) > 1 else [[c.motor]]
+        means = [c.mean, c.mean_amplifier][: len(lags)]
+        kept = [[*row, 1 - sum(row)] for row in rows] + [[0.0] * len(lags) + [1.0]]
+        X[:n, n:] = np.kron([[*means, 1 - sum(means)]], into)
+        X[n:, n:] = np.kron(kept, np.eye(2))
+        n += more
     return _split(np.linalg.matrix_power(X, substeps), n)
 
 

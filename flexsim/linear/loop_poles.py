@@ -25,11 +25,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexsim.errors import ParameterError
 from flexsim.linear.controller_space import controller_space
-from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
+from flexsim.linear.linearise import linearise, stepped_hold, with_shafts, zero_order_hold
 from flexsim.linear.seen_v import SeenLoop, memory_of, with_bridges
 from flexsim.loop.control.compiled import Controllers
-from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import IDEAL, BridgeNumbers, Hardware, bridge_numbers, lag_factors
+from flexsim.loop.friction import RESISTING, Friction
+from flexsim.loop.hardware import IDEAL, BridgeNumbers, Hardware, bridge_numbers, cascade
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -49,9 +49,9 @@ class LoopOptions:
         torque_gain: per joint, effective torque over commanded torque [-]; 1 without friction.
         joint_damping: per joint, viscous friction taken from the torque at the motor [N m s/rad].
         hold: 'exact' (matrix exponential) or 'stepped' (as the plant's own integrator does it).
-        hardware: whose delay and lag are states of the loop, and v's estimator with the strain
-            bridges' filter; a linear model knows neither counts nor limits, and noise does not move
-            its poles.
+        hardware: whose delay, lags and shafts (in contact) are states of the loop, and v's
+            estimator with the strain bridges' filter; a linear model knows neither counts, gaps nor
+            limits, and noise does not move its poles.
 
     Raises:
         ParameterError: an unknown hold, or a torque gain that is not finite.
@@ -80,15 +80,17 @@ class LoopOptions:
 def small_signal(friction: Friction) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return (torque_gain, joint_damping) of a friction law beyond its dead zone, joints moving.
 
-    Under 'simulink' and 'jump' the torque's slope is mu; under 'opposing' the torque passes, less
-    mu times the joint's velocity. Coulomb friction and torque limits have no slope there.
+    Under 'simulink' and 'jump' the torque's slope is mu; under the others the torque passes, less
+    mu times the joint's velocity. Coulomb friction and torque limits have no slope there; nor has
+    stiction at rates beyond Stribeck's, while below them it *feeds* motion, which no margin here
+    knows. At rest LuGre's bristles are springs that hold a joint: the loop is that of one sliding.
 
     Source: (47), Table 4.
     """
     one, none = (1.0, 1.0), (0.0, 0.0)
     if friction.law in ("simulink", "jump"):
         return friction.mu, none
-    return one, friction.mu if friction.law == "opposing" else none
+    return one, friction.mu if friction.law in RESISTING else none
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +98,9 @@ class SampledPlant:
     """A plant over one control period behind its hardware, with the loop's measurements.
 
     States are the plant's, then the lagging motors' torques, with their gains, if there is a lag,
-    then the commands that wait, those of both joints one sample ago first, then what bridges and
-    an estimator of v remember (`flexsim.linear.seen_v`). The reference is at zero.
+    and their amplifiers', then the commands that wait, those of both joints one sample ago first,
+    then what bridges and an estimator of v remember (`flexsim.linear.seen_v`). The reference is at
+    zero.
 
     Attributes:
         A: (n, n), B: (n, 2) with the torque gains. C: (3, n) to the joints' errors and v.
@@ -125,16 +128,19 @@ class SampledPlant:
 
     def motor_states(self, torques: Array) -> Array:
         """Return what waits or lags (K, n - plant's) at every sample, of commands (K, 2) [N m]."""
-        delay, lag = self.options.hardware.delay, self.options.hardware.lag
+        hardware = self.options.hardware
+        delay, lags = hardware.delay, (hardware.lag, hardware.effects.amplifier)
         waiting = np.vstack([np.zeros((delay, 2)), torques])  # row k + delay is of sample k
         columns = [waiting[delay - i : len(waiting) - i] for i in range(1, delay + 1)]
-        if lag > 0:
-            decay, _ = lag_factors(lag, self.period)
-            motor = np.zeros_like(torques)
+        if any(lags):
+            c = cascade(*lags, self.period)
+            motor, late = np.zeros_like(torques), np.zeros_like(torques)
             gained = waiting * np.array(self.options.torque_gain)
             for k, command in enumerate(gained[: len(torques) - 1]):
-                motor[k + 1] = command + decay * (motor[k] - command)
-            columns.insert(0, motor)
+                off, behind = motor[k] - command, late[k] - command
+                motor[k + 1] = command + c.motor * off + c.amplifier * behind
+                late[k + 1] = command + c.own * behind
+            columns = [motor, *([late] if all(lags) else []), *columns]
         return np.hstack([*columns, np.zeros((len(torques), 0))])
 
 
@@ -145,14 +151,18 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
         ParameterError: theta2, the period or an option cannot be used.
     """
     o = options or LoopOptions()
-    if o.hold == "stepped":
+    effects = o.hardware.effects
+    lags, shafts = (o.hardware.lag, effects.amplifier), any(effects.shaft)
+    if o.hold == "stepped" and not shafts:
         linear = linearise(plant, theta2)
-        how = (o.period, plant.step, plant.integrator, o.joint_damping, o.hardware.lag)
-        A, B = stepped_hold(linear, *how)
-    else:
-        linear = linearise(plant, theta2, o.joint_damping)
-        A, B = zero_order_hold(linear, o.period, o.hardware.lag)
+        how = (o.period, plant.step, plant.integrator, o.joint_damping)
+        A, B = stepped_hold(linear, *how, *lags)
+    else:  # of shafts, too: friction is not at their motors
+        linear = with_shafts(linearise(plant, theta2, o.joint_damping), effects)
+        A, B = zero_order_hold(linear, o.period, *lags)
     C = linear.C
+    if effects.encoder == "motor":
+        C = np.vstack([_at_motors(C[:2], effects.shaft), C[2:]])
     lagging = np.zeros((len(C), len(A) - C.shape[1]))
     A, B, C = delayed(A, B * np.array(o.torque_gain), np.hstack([C, lagging]), o.hardware.delay)
     b = bridge_numbers(o.hardware, plant, o.period)
@@ -177,12 +187,19 @@ def seen_plant(exact: SampledPlant) -> SampledPlant:
         positions[own, np.arange(len(own))] = 1.0
         told = np.zeros((2, n))
         if delay:  # the estimator knows its computer's own delay
-            begin = len(linear.A) + 2 * (o.hardware.lag > 0) + 2 * (delay - 1)
-            told[:, begin : begin + 2] = np.eye(2)
+            told[:, n - 2 :] = np.eye(2)
         A, B, C, memory = with_bridges(A, B, C, positions, told, b)
     C = np.vstack([-C[:2], C[2:3]])
     C[1] -= o.v_gain / exact.reach * C[2]  # atan(v/(r+L)), linear
     return replace(exact, A=A, B=B, C=C, memory=memory)
+
+
+def _at_motors(C: Array, shafts: tuple[float, float]) -> Array:
+    """Return rows (2, n) of the joints' errors as encoders at the motors see them."""
+    moved, behind = C.copy(), [j for j, stiffness in enumerate(shafts) if stiffness > 0]
+    for motor, j in enumerate(behind, start=C.shape[1] // 2 - len(behind)):
+        moved[j, j], moved[j, motor] = 0.0, C[j, j]
+    return moved
 
 
 def delayed(A: Array, B: Array, C: Array, delay: int) -> tuple[Array, Array, Array]:

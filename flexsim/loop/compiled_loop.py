@@ -18,17 +18,18 @@ import numba
 import numpy as np
 
 from flexsim.loop.control.compiled import Controllers, control_sample
-from flexsim.loop.friction import FrictionNumbers, joint_torques
+from flexsim.loop.friction import FrictionNumbers
 from flexsim.loop.hardware import (
     BridgeNumbers,
     EffectNumbers,
     HardwareNumbers,
     commands,
+    encoder_angles,
+    joint_memory,
+    joint_step,
     mean_torque,
     measured,
-    motor_step,
     read_bridges,
-    rippled,
     waiting_room,
 )
 from flexsim.loop.hardware.bridges import RATES, TOLD
@@ -173,9 +174,8 @@ def run_one(  # type: ignore[no-untyped-def]
     """
     late = waiting_room(h)  # commands on their way
     memory = np.zeros(bridges.room)
-    x1 = x2 = 0.0  # torques of the motors, where they lag [N m]
-    m = state.shape[0] // 2
-    work = work_space(m)
+    joints = joint_memory(state)
+    work = work_space(state.shape[0] // 2)
     z = np.zeros(controllers.b.shape[1:])
     inner = np.zeros((2, controllers.A.shape[1]))
     samples = loop.tip.shape[0]
@@ -188,7 +188,8 @@ def run_one(  # type: ignore[no-untyped-def]
         x, y = tip_of(loop, state, along, v)
         dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
-        th1, th2, v_seen = measured(h, number, k, state[0], state[1], v)
+        th1, th2 = encoder_angles(effects, joints, state[0], state[1])
+        th1, th2, v_seen = measured(h, number, k, th1, th2, v)
         if bridges.there:
             v_seen = read_bridges(bridges, memory, number, k, th1, th2, state, v_seen)
         e1 = loop.joint[k, 0] - th1
@@ -205,7 +206,8 @@ def run_one(  # type: ignore[no-untyped-def]
                 sensed[row, :2] = memory[:2]
             if bridges.turning:
                 sensed[row, 2:] = memory[RATES : RATES + 2]
-            applied[row, 0], applied[row, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+            applied[row, 0] = mean_torque(h, c1, joints[0])
+            applied[row, 1] = mean_torque(h, c2, joints[1])
             seen[row, 0], seen[row, 1], seen[row, 2] = th1, th2, v_seen
             states[row, :] = state
             torques[row, 0], torques[row, 1] = u1, u2
@@ -219,10 +221,8 @@ def run_one(  # type: ignore[no-untyped-def]
         if not (np.isfinite(u1) and np.isfinite(u2)):
             return np.inf, k * loop.period
         for _ in range(loop.substeps):
-            m1, x1 = motor_step(h, c1, x1)
-            m2, x2 = motor_step(h, c2, x2)
-            m1, m2 = rippled(effects, m1, m2, state[0], state[1])
-            tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
+            t = k * loop.period
+            tau_1, tau_2 = joint_step(friction, h, effects, joints, t, c1, c2, state)
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return np.inf, k * loop.period
             physics_step(plant, slot, state, tau_1, tau_2, work)

@@ -6,7 +6,15 @@ edge *minus* that edge, so that it sets in from nothing, and Coulomb & Viscous F
 (47) on what is left. `jump`: beyond its edge the dead zone passes the whole torque to (47), so the
 torque at either joint jumps there by as much as the edge: much of the chaos comes from that.
 `opposing`: the whole torque beyond the edge, and the same numbers oppose the joint's motion.
+`stribeck` is `opposing` with more of tau_0 the slower a joint moves (Stribeck's curve); `lugre` has
+bristles that bend before a joint slides, a state of their own per joint
+(`flexsim.loop.hardware.bristles`), so that friction holds at rest, breaks away and lags.
 The law is evaluated once per physics step and its torque held over the step, alike on all plants.
+
+Sources: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), for Stribeck's curve;
+Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995), for LuGre,
+whose tau_s/tau_0 = 1.5 and sigma_1 = sqrt(sigma_0 J) are the defaults here; Olsson, thesis, Lund
+(1996), for bristles' damping that falls with speed. The other numbers are *assumed*.
 """
 
 from __future__ import annotations
@@ -18,10 +26,14 @@ from typing import NamedTuple
 import numpy as np
 
 from flexsim.errors import ParameterError
+from flexsim.numerics.clocks import PERIOD
+from flexsim.numerics.elementary import exp, tanh
 from flexsim.numerics.jit import jit
+from flexsim.numerics.types import Array
 
-LAWS = ("none", "simulink", "jump", "opposing")
-NONE, SIMULINK, JUMP, OPPOSING = range(len(LAWS))
+LAWS = ("none", "simulink", "jump", "opposing", "stribeck", "lugre")
+NONE, SIMULINK, JUMP, OPPOSING, STRIBECK, LUGRE = range(len(LAWS))
+RESISTING = LAWS[OPPOSING:]  # the laws whose friction opposes the motion
 
 
 @dataclass(frozen=True)
@@ -30,13 +42,18 @@ class Friction:
 
     Attributes:
         law: 'none' (torque as commanded), 'simulink' ((47) on the torque minus the dead zone's
-            edge), 'jump' ((47) on the whole torque beyond it) or 'opposing' (Coulomb and viscous
-            friction opposing the joint's velocity).
+            edge), 'jump' ((47) on the whole torque beyond it), 'opposing' (Coulomb and viscous
+            friction opposing the joint's velocity), 'stribeck' (that, with stiction) or 'lugre'.
         dead_zone: ((low, high), (low, high)) per joint [N m]: torques inside produce none.
         tau_0: Coulomb friction per joint [N m]. mu: slope per joint [-] under 'simulink' and
-            'jump', [N m s/rad] under 'opposing'.
-        speed: velocity that smooths the sign under 'opposing', tanh(w/speed) [rad/s]; *assumed*.
+            'jump', [N m s/rad] under the others.
+        speed: velocity that smooths the sign under 'opposing' and 'stribeck', tanh(w/speed)
+            [rad/s]; *assumed*.
         torque_limit: largest torque per joint, before the dead zone [N m]; *assumed*.
+        stiction: tau_s/tau_0 per joint, 1 or more [-], and stribeck: the velocity w_s at which most
+            of what is more than 1 has gone [rad/s], under 'stribeck' and 'lugre'.
+        sigma_0, sigma_1: stiffness [N m/rad] and damping [N m s/rad] of the bristles per joint,
+            under 'lugre', whose sigma_2 is mu.
 
     Raises:
         ParameterError: an unknown law, a dead zone that does not hold zero, a negative or
@@ -52,11 +69,15 @@ class Friction:
     mu: tuple[float, float] = (0.2585, 1.0231)
     speed: float = 0.02
     torque_limit: tuple[float, float] = (math.inf, math.inf)
+    stiction: tuple[float, float] = (1.5, 1.5)
+    stribeck: float = 0.1
+    sigma_0: tuple[float, float] = (2000.0, 500.0)
+    sigma_1: tuple[float, float] = (30.0, 2.4)
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
             raise ParameterError(f"friction law is {self.law!r}; choose one of {', '.join(LAWS)}")
-        for name in ("dead_zone", "tau_0", "mu", "torque_limit"):
+        for name in ("dead_zone", "tau_0", "mu", "torque_limit", "stiction", "sigma_0", "sigma_1"):
             if np.shape(getattr(self, name)) != ((2, 2) if name == "dead_zone" else (2,)):
                 pair = "a pair" if name == "dead_zone" else "a number"
                 raise ParameterError(
@@ -72,17 +93,58 @@ class Friction:
             raise ParameterError(f"torque limit is {self.torque_limit}; give more than 0 [N m]")
         if not 0 < self.speed < math.inf:
             raise ParameterError(f"friction speed is {self.speed}; give more than 0 [rad/s]")
+        self._check_sliding()
+
+    def _check_sliding(self) -> None:
+        """Refuse numbers of 'stribeck' and 'lugre' that cannot be used."""
+        if not 0 < self.stribeck < math.inf:
+            raise ParameterError(f"friction stribeck is {self.stribeck}; give more than 0 [rad/s]")
+        for name, least in (("stiction", 1.0), ("sigma_0", 0.0), ("sigma_1", 0.0)):
+            values = getattr(self, name)
+            if not all(least <= value < math.inf for value in values):
+                raise ParameterError(
+                    f"friction {name} is {values}; give finite numbers, {least:g} or more"
+                )
+        if self.law == "lugre":
+            for tau, stiffness in zip(self.tau_0, self.sigma_0, strict=True):
+                if tau > 0 and stiffness == 0:
+                    raise ParameterError(
+                        f"friction sigma_0 is {self.sigma_0}; under 'lugre' give more than 0 "
+                        "[N m/rad] to a joint that has tau_0"
+                    )
 
     @property
     def steepest(self) -> tuple[float, float]:
         """The largest slope of friction over a joint's velocity, at rest [N m s/rad].
 
-        Held over a step, it bounds the step.
+        Held over a step, it bounds the step h. A spring k held with the mean of its torque over the
+        step counts as k h/2, for a step of PERIOD: so bristles do.
         """
-        if self.law != "opposing":
+        if self.law not in RESISTING:
             return 0.0, 0.0
-        first, second = (mu + tau / self.speed for mu, tau in zip(self.mu, self.tau_0, strict=True))
+        first, second = (
+            mu + (own if tau > 0 else 0.0)
+            for mu, tau, own in zip(self.mu, self.tau_0, self._at_rest, strict=True)
+        )
         return first, second
+
+    @property
+    def _at_rest(self) -> list[float]:
+        """What tau_0 adds to the slope at rest, per joint [N m s/rad]."""
+        if self.law == "lugre":
+            both = zip(self.sigma_0, self.sigma_1, strict=True)
+            return [damping + stiffness * PERIOD / 2 for stiffness, damping in both]
+        share = self.stiction if self.law == "stribeck" else (1.0, 1.0)
+        return [each * tau / self.speed for each, tau in zip(share, self.tau_0, strict=True)]
+
+    def coulomb(self, rates: Array) -> Array:
+        """Return what opposes steady rates (K, 2) [rad/s] beside mu, smoothed, (K, 2) [N m]."""
+        if self.law not in RESISTING:
+            return np.zeros_like(rates)
+        share = np.ones_like(rates)
+        if self.law != "opposing":
+            share += (np.array(self.stiction) - 1) * exp(-((rates / self.stribeck) ** 2))
+        return np.array(self.tau_0) * share * tanh(rates / self.speed)
 
     def numbers(self) -> FrictionNumbers:
         """Return the numbers as the compiled law reads them."""
@@ -100,6 +162,13 @@ class Friction:
             float(self.speed),
             float(self.torque_limit[0]),
             float(self.torque_limit[1]),
+            float(self.stiction[0]),
+            float(self.stiction[1]),
+            float(self.stribeck),
+            float(self.sigma_0[0]),
+            float(self.sigma_0[1]),
+            float(self.sigma_1[0]),
+            float(self.sigma_1[1]),
         )
 
 
@@ -118,6 +187,46 @@ class FrictionNumbers(NamedTuple):
     speed: float
     limit_1: float
     limit_2: float
+    stiction_1: float
+    stiction_2: float
+    stribeck: float
+    sigma_0_1: float
+    sigma_0_2: float
+    sigma_1_1: float
+    sigma_1_2: float
+
+
+@jit
+def driving(law: int, tau: float, low: float, high: float, tau_0: float, mu: float) -> float:
+    """Return what dead zone and (47) leave of a motor's torque, ahead of what opposes motion [N m].
+
+    Args:
+        law: index into LAWS. tau: limited torque [N m]. low, high: dead zone.
+        tau_0, mu: as in `Friction`.
+
+    Source: (47), Table 4.
+    """
+    if law == NONE:
+        return tau
+    if low < tau < high:
+        tau = 0.0
+    elif law == SIMULINK:
+        tau -= high if tau > 0.0 else low
+    if law >= OPPOSING:
+        return tau
+    if tau == 0.0:
+        return 0.0
+    return np.sign(tau) * (mu * abs(tau) + tau_0)  # (47)
+
+
+@jit
+def stribeck_torque(w: float, tau_0: float, stiction: float, stribeck: float) -> float:
+    """Return tau_0 + (tau_s - tau_0) exp(-(w/w_s)^2), Coulomb friction on Stribeck's curve [N m].
+
+    Args:
+        w: joint velocity [rad/s]. tau_0, stiction, stribeck: as in `Friction`.
+    """
+    return tau_0 * (1.0 + (stiction - 1.0) * np.exp(-((w / stribeck) ** 2)))
 
 
 @jit
@@ -130,27 +239,23 @@ def effective_torque(
     tau_0: float,
     mu: float,
     speed: float,
+    stiction: float,
+    stribeck: float,
 ) -> float:
-    """Return the torque that reaches one joint [N m].
+    """Return the torque that reaches one joint [N m]; under 'lugre' that of steady sliding.
 
     Args:
         law: index into LAWS.
         tau: limited torque [N m]; w: joint velocity [rad/s].
-        low, high: dead zone; tau_0, mu, speed: as in `Friction`.
-
-    Source: (47), Table 4.
+        low, high: dead zone; tau_0, mu, speed, stiction, stribeck: as in `Friction`.
     """
-    if law == NONE:
+    tau = driving(law, tau, low, high, tau_0, mu)
+    if law < OPPOSING:
         return tau
-    if low < tau < high:
-        tau = 0.0
-    elif law == SIMULINK:
-        tau -= high if tau > 0.0 else low
-    if law == OPPOSING:
-        return tau - tau_0 * np.tanh(w / speed) - mu * w
-    if tau == 0.0:
-        return 0.0
-    return np.sign(tau) * (mu * abs(tau) + tau_0)  # (47)
+    if law > OPPOSING:
+        tau_0 = stribeck_torque(w, tau_0, stiction, stribeck)
+    sign = np.sign(w) if law == LUGRE else np.tanh(w / speed)
+    return tau - tau_0 * sign - mu * w
 
 
 @jit
@@ -159,6 +264,28 @@ def joint_torques(f: FrictionNumbers, tau_1: float, tau_2: float, w1: float, w2:
     tau_1 = min(max(tau_1, -f.limit_1), f.limit_1)
     tau_2 = min(max(tau_2, -f.limit_2), f.limit_2)
     return (
-        effective_torque(f.law, tau_1, w1, f.low_1, f.high_1, f.tau_0_1, f.mu_1, f.speed),
-        effective_torque(f.law, tau_2, w2, f.low_2, f.high_2, f.tau_0_2, f.mu_2, f.speed),
+        effective_torque(
+            f.law,
+            tau_1,
+            w1,
+            f.low_1,
+            f.high_1,
+            f.tau_0_1,
+            f.mu_1,
+            f.speed,
+            f.stiction_1,
+            f.stribeck,
+        ),
+        effective_torque(
+            f.law,
+            tau_2,
+            w2,
+            f.low_2,
+            f.high_2,
+            f.tau_0_2,
+            f.mu_2,
+            f.speed,
+            f.stiction_2,
+            f.stribeck,
+        ),
     )

@@ -125,7 +125,7 @@ def run_each(
                 *stacked(running),
                 *stacked(frictions),
                 *stacked([h.numbers(period, substeps) for h, period, substeps in hardwares]),
-                *stacked([h.effects.numbers() for h, _, _ in hardwares]),
+                *stacked([h.effects.numbers(period / steps) for h, period, steps in hardwares]),
                 *stacked(sensors),
                 *stacked(loops),
                 *stacked(yards),

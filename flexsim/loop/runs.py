@@ -17,16 +17,16 @@ from numpy.typing import ArrayLike
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome
 from flexsim.loop.control.stacking import stack
-from flexsim.loop.friction import joint_torques
 from flexsim.loop.hardware import (
     SENSED,
     bridge_numbers,
     commands,
+    encoder_angles,
+    joint_memory,
+    joint_step,
     mean_torque,
     measured,
-    motor_step,
     read_bridges,
-    rippled,
     waiting_room,
 )
 from flexsim.loop.hardware.bridges import RATES, TOLD
@@ -217,7 +217,20 @@ def motion_of(
 
 @jit
 def _drive(  # type: ignore[no-untyped-def]
-    plant, friction, h, effects, bridges, state, run, torque, substeps, states, applied, seen, sensed
+    plant,
+    friction,
+    h,
+    effects,
+    bridges,
+    state,
+    run,
+    torque,
+    period,
+    substeps,
+    states,
+    applied,
+    seen,
+    sensed,
 ):
     """Fill states (K+1, 2 m) and applied (K, 2) under torques (K, 2) held over a period each.
 
@@ -226,15 +239,15 @@ def _drive(  # type: ignore[no-untyped-def]
     """
     waiting = waiting_room(h)
     memory = np.zeros(bridges.room)
-    x1 = x2 = 0.0
-    m = state.shape[0] // 2
-    work = work_space(m)
+    joints = joint_memory(state)
+    work = work_space(state.shape[0] // 2)
     for k in range(torque.shape[0] + 1):
         states[k, :] = state
         if not np.isfinite(np.sum(state)):
             return k
         _, v = tip_in_hub(plant, state)
-        th1, th2, v_seen = measured(h, run, k, state[0], state[1], v)
+        th1, th2 = encoder_angles(effects, joints, state[0], state[1])
+        th1, th2, v_seen = measured(h, run, k, th1, th2, v)
         if bridges.there:
             v_seen = read_bridges(bridges, memory, run, k, th1, th2, state, v_seen)
         seen[k, 0], seen[k, 1], seen[k, 2] = th1, th2, v_seen
@@ -245,14 +258,13 @@ def _drive(  # type: ignore[no-untyped-def]
         if k < torque.shape[0]:
             u1, u2 = torque[k, 0], torque[k, 1]
             c1, c2 = commands(h, waiting, k, u1, u2, friction.limit_1, friction.limit_2)
-            applied[k, 0], applied[k, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+            applied[k, 0] = mean_torque(h, c1, joints[0])
+            applied[k, 1] = mean_torque(h, c2, joints[1])
             if bridges.there:
                 memory[TOLD], memory[TOLD + 1] = c1, c2
             for _ in range(substeps):
-                m1, x1 = motor_step(h, c1, x1)
-                m2, x2 = motor_step(h, c2, x2)
-                m1, m2 = rippled(effects, m1, m2, state[0], state[1])
-                tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
+                t = k * period
+                tau_1, tau_2 = joint_step(friction, h, effects, joints, t, c1, c2, state)
                 if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                     return k
                 physics_step(plant, 0, state, tau_1, tau_2, work)
@@ -312,9 +324,9 @@ def drive(
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
-        effects = setting.hardware.effects.numbers()
-        fixed = (coefficients, friction, built, effects, bridges, start, run)
-        rows = _drive(*fixed, tau, substeps, states, applied, seen, sensed)
+        effects = setting.hardware.effects.numbers(period / substeps)
+        fixed = (coefficients, friction, built, effects, bridges, start, run, tau)
+        rows = _drive(*fixed, float(period), substeps, states, applied, seen, sensed)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)

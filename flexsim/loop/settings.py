@@ -36,10 +36,29 @@ class Setting:
     I_m2: float | None = None
     hardware: Hardware = IDEAL
 
+    @property
+    def steepest(self) -> tuple[float, float]:
+        """Slopes of torque over the joints' rates, held over a step [N m s/rad].
+
+        See `held_slopes`.
+        """
+        return held_slopes(self.friction, self.hardware)
+
     def applied(self, parameters: Parameters) -> Parameters:
         """Return the robot's parameters with this setting's motors."""
         motors = {"I_m1": self.I_m1, "I_m2": self.I_m2}
         return replace(parameters, **{k: v for k, v in motors.items() if v is not None})
+
+
+def held_slopes(friction: Friction, hardware: Hardware) -> tuple[float, float]:
+    """Return what friction and shafts, held over a step, take of it: slopes [N m s/rad].
+
+    Friction's at its largest over temperature and configuration.
+    """
+    effects = hardware.effects
+    rows = zip(friction.steepest, effects.friction_most, effects.steepest, strict=True)
+    one, other = (own * factor + shaft for own, factor, shaft in rows)
+    return one, other
 
 
 SETTINGS = {
@@ -49,6 +68,16 @@ SETTINGS = {
         Setting("simulink", Friction("simulink"), "(47) on the torque minus the dead zone's edge"),
         Setting("jump", Friction("jump"), "(47) on the whole torque beyond the dead zone"),
         Setting("opposing", Friction("opposing"), "Table 4's friction opposing the motion"),
+        Setting(
+            "stribeck",
+            Friction("stribeck"),
+            "'opposing' with 1.5 times Table 4's tau_0 at rest (stiction, assumed)",
+        ),
+        Setting(
+            "lugre",
+            Friction("lugre", dead_zone=((0.0, 0.0), (0.0, 0.0))),
+            "LuGre's bristles with Table 4's tau_0 and mu in place of the dead zone (assumed)",
+        ),
         Setting(
             "reconstructed",
             Friction("opposing", torque_limit=(9.83, 4.29)),

@@ -13,8 +13,8 @@ from flexsim.numerics.step_limits import halved
 
 
 def steepest(setting: Setting | None) -> tuple[float, float]:
-    """Return the slopes of a setting's friction that is held over a step [N m s/rad]."""
-    return (0.0, 0.0) if setting is None else setting.friction.steepest
+    """Return the slopes of a setting's friction and shafts, held over a step [N m s/rad]."""
+    return (0.0, 0.0) if setting is None else setting.steepest
 
 
 def shortened(arm: ArmFile, setting: Setting | None, step: float | None) -> float | None:

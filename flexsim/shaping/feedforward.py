@@ -17,8 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexsim.errors import ParameterError
-from flexsim.loop.friction import LAWS, Friction, effective_torque
-from flexsim.numerics.elementary import tanh
+from flexsim.loop.friction import LAWS, RESISTING, Friction, driving
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.shaping.spectra import filter_responses, scaled
@@ -62,10 +61,9 @@ def motor_torque(friction: Friction, torque: Array, rates: Array) -> Array:
         rates: (K, 2) of the joints [rad/s]. Laws 'simulink' and 'jump' are left alone: (47) has
             no inverse.
     """
-    if friction.law != "opposing":
+    if friction.law not in RESISTING:
         return torque.copy()
-    resistance = np.array(friction.tau_0) * tanh(rates / friction.speed)
-    return torque + resistance + np.array(friction.mu) * rates
+    return torque + friction.coulomb(rates) + np.array(friction.mu) * rates
 
 
 def dithered_torque(
@@ -93,19 +91,19 @@ def dithered_torque(
             most /= min(mu, 1.0)
         table = np.linspace(-most, most, GRID)
         law, levels = LAWS.index(friction.law), peak * TONE
-        passed = _mean_over_tone(law, table, levels, low, high, tau_0, mu, friction.speed)
+        passed = _mean_over_tone(law, table, levels, low, high, tau_0, mu)
         commands[:, j] = np.interp(commands[:, j], passed, table)
         commands[:, j] += growth * levels[since % len(TONE)]
     return commands
 
 
 @jit
-def _mean_over_tone(law, command, levels, low, high, tau_0, mu, speed):  # type: ignore[no-untyped-def]
+def _mean_over_tone(law, command, levels, low, high, tau_0, mu):  # type: ignore[no-untyped-def]
     """Return what a joint's dead zone and (47) pass of commands (N,) in the tone's mean (N,)."""
     mean = np.zeros(len(command))
     for k in range(len(command)):
         for level in levels:
-            mean[k] += effective_torque(law, command[k] + level, 0.0, low, high, tau_0, mu, speed)
+            mean[k] += driving(law, command[k] + level, low, high, tau_0, mu)
     return mean / len(levels)
 
 

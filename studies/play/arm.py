@@ -17,7 +17,7 @@ import numpy as np
 from flexsim.loop.compiled_loop import Loop
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import BridgeNumbers, Hardware, bridge_numbers
+from flexsim.loop.hardware import BridgeNumbers, Hardware, bridge_numbers, joint_memory
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -78,7 +78,7 @@ class Arm:
             np.zeros(controllers.b.shape[1:]),
             np.zeros((2, controllers.A.shape[1])),
             np.zeros((self.hardware.delay, 2)),
-            np.zeros(2),
+            joint_memory(self._start),
             work_space(len(self._start) // 2),
             np.zeros(self._numbers.room),
         )
@@ -106,7 +106,7 @@ class Arm:
             self.body.coefficients,
             self.friction.numbers(),
             self.hardware.numbers(loop.period, loop.substeps),
-            self.hardware.effects.numbers(),
+            self.hardware.effects.numbers(loop.period / loop.substeps),
             self._numbers,
             loop,
             self.controllers,

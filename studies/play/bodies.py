@@ -17,7 +17,6 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError, ParameterError
-from flexsim.loop.friction import Friction
 from flexsim.mjcf.chain_file import mass_matrix, motor_matrix
 from flexsim.mjcf.edits import changed
 from flexsim.numerics.dense import product, solve
@@ -154,8 +153,11 @@ class MujocoBody:
         return self.no_push
 
 
-def require_stable(plant: Plant, friction: Friction) -> None:
+def require_stable(plant: Plant, slopes: tuple[float, float]) -> None:
     """Refuse a plant that its integrator cannot step, as far as it can be linearised.
+
+    Args:
+        slopes: of what is held over a step, see `flexsim.loop.settings.held_slopes`.
 
     Raises:
         ParameterError: its step is too long for its damping, or for friction held over a step.
@@ -167,7 +169,7 @@ def require_stable(plant: Plant, friction: Friction) -> None:
     motions = [(each.M, each.D, each.K) for each in linear]
     held = np.zeros_like(linear[0].D)
     gears = np.diag(linear[0].S[:2]) if plant.model is None else np.diag(motor_matrix(plant.model))
-    held[[0, 1], [0, 1]] = friction.steepest * gears[:2]
+    held[[0, 1], [0, 1]] = slopes * gears[:2]
     longest = longest_step(plant.integrator, motions, held if held.any() else None)
     if plant.step >= longest:
         raise ParameterError(

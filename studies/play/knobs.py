@@ -16,7 +16,7 @@ import numpy as np
 
 from controllers import Controller, Gains
 from flexsim.errors import ParameterError
-from flexsim.loop.friction import LAWS, OPPOSING, Friction
+from flexsim.loop.friction import LAWS, RESISTING, Friction
 from studies.tuning.distributions import NAMES
 from studies.tuning.found import AnyController, FoundController
 
@@ -150,14 +150,14 @@ def _found_shifted(controller: FoundController, order: float) -> FoundController
 def friction_at(own: Friction, knobs: Knobs) -> Friction:
     """Return friction as the knobs have it: another law, dead zone and friction times a factor.
 
-    mu is friction under 'opposing' only; under the others it is the torque's gain, and stays.
+    mu is friction under laws that oppose motion only; under 'simulink' and 'jump' it is the
+    torque's gain, and stays.
     """
     law, f = LAWS[int(knobs.law)], knobs.friction
     if law == own.law and f == 1.0:
         return own
     zone = tuple((f * low, f * high) for low, high in own.dead_zone)
-    opposing = int(knobs.law) == OPPOSING
-    mu = tuple(f * each for each in own.mu) if opposing else own.mu
+    mu = tuple(f * each for each in own.mu) if law in RESISTING else own.mu
     tau_0 = tuple(f * each for each in own.tau_0)
     return replace(own, law=law, dead_zone=zone, tau_0=tau_0, mu=mu)  # type: ignore[arg-type]
 

@@ -21,7 +21,7 @@ from flexsim.loop.control.stacking import stack
 from flexsim.loop.friction import LAWS, Friction
 from flexsim.loop.hardware import Hardware
 from flexsim.loop.runs import loop_of
-from flexsim.loop.settings import Setting
+from flexsim.loop.settings import Setting, held_slopes
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_plant import ChainPlant
@@ -211,7 +211,7 @@ class Live:
         plants = [arm.body.prepared(knobs.payload, knobs.damping) for arm in self.arms]
         if moved & {"law", "friction", "damping", "payload"}:
             for plant in plants:
-                require_stable(plant, made.friction)
+                require_stable(plant, held_slopes(made.friction, made.hardware))
         self.knobs, self._made = knobs, made
         for arm, plant in zip(self.arms, plants, strict=True):
             if moved & {"payload", "damping"}:

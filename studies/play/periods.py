@@ -17,18 +17,18 @@ from numba.extending import overload
 
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, has_left, tip_of
 from flexsim.loop.control.compiled import Controllers, control_sample
-from flexsim.loop.friction import FrictionNumbers, joint_torques
+from flexsim.loop.friction import FrictionNumbers
 from flexsim.loop.hardware import (
     SENSED,
     BridgeNumbers,
     EffectNumbers,
     HardwareNumbers,
     commands,
+    encoder_angles,
+    joint_step,
     mean_torque,
     measured,
-    motor_step,
     read_bridges,
-    rippled,
 )
 from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.numerics.jit import jit
@@ -67,7 +67,7 @@ class Memory(NamedTuple):
 
     Attributes:
         state: (2 m,). z, inner: of the controller, see `control_sample`. late: (delay, 2) commands
-            that wait. motors: (2,) torques of lagging motors [N m]. work: of the plant's step.
+            that wait. joints: of `flexsim.loop.hardware.joint_memory`. work: of the plant's step.
         bridges: (room,) of what is read, see `read_bridges`.
     """
 
@@ -75,7 +75,7 @@ class Memory(NamedTuple):
     z: Array
     inner: Array
     late: Array
-    motors: Array
+    joints: Array
     work: Array
     bridges: Array
 
@@ -242,8 +242,7 @@ def run_periods(  # type: ignore[no-untyped-def]
     Args:
         first: number of the first period; count: how many. again: see `row_of`. rows: filled.
     """
-    state, m = memory.state, memory.state.shape[0] // 2
-    x1, x2 = memory.motors[0], memory.motors[1]
+    state, joints = memory.state, memory.joints
     for i in range(count):
         k = first + i
         r = row_of(k, loop.tip.shape[0], again)
@@ -251,7 +250,8 @@ def run_periods(  # type: ignore[no-untyped-def]
         if has_left(loop, state, r, v):
             return i, i
         rows.tip[i, 0], rows.tip[i, 1] = tip_of(loop, state, along, v)
-        th1, th2, v_seen = measured(h, RUN, k, state[0], state[1], v)
+        th1, th2 = encoder_angles(effects, joints, state[0], state[1])
+        th1, th2, v_seen = measured(h, RUN, k, th1, th2, v)
         if bridges.there:
             v_seen = read_bridges(bridges, memory.bridges, RUN, k, th1, th2, state, v_seen)
         e1 = loop.joint[r, 0] - th1
@@ -264,7 +264,8 @@ def run_periods(  # type: ignore[no-untyped-def]
             rows.sensed[i, :2] = memory.bridges[:2]
         if bridges.turning:
             rows.sensed[i, 2:] = memory.bridges[RATES : RATES + 2]
-        rows.applied[i, 0], rows.applied[i, 1] = mean_torque(h, c1, x1), mean_torque(h, c2, x2)
+        rows.applied[i, 0] = mean_torque(h, c1, joints[0])
+        rows.applied[i, 1] = mean_torque(h, c2, joints[1])
         rows.measured[i, 0], rows.measured[i, 1], rows.measured[i, 2] = th1, th2, v_seen
         rows.state[i, :] = state
         rows.torque[i, 0], rows.torque[i, 1] = u1, u2
@@ -272,14 +273,11 @@ def run_periods(  # type: ignore[no-untyped-def]
         if not (np.isfinite(u1) and np.isfinite(u2)):
             return i, i + 1
         for _ in range(loop.substeps):
-            m1, x1 = motor_step(h, c1, x1)
-            m2, x2 = motor_step(h, c2, x2)
-            m1, m2 = rippled(effects, m1, m2, state[0], state[1])
-            tau_1, tau_2 = joint_torques(friction, m1, m2, state[m], state[m + 1])
+            t = k * loop.period
+            tau_1, tau_2 = joint_step(friction, h, effects, joints, t, c1, c2, state)
             if not abs(tau_1) + abs(tau_2) <= TORQUE_MOST:
                 return i, i + 1
             step_under(plant, state, tau_1, tau_2, memory.work, push)
-        memory.motors[0], memory.motors[1] = x1, x2
     return count, count
 
 

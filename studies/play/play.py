@@ -54,7 +54,8 @@ class PlayConfig(HardwareOptions, SeedOptions, RobotOptions):
     trajectory: str | None = None
     """line, two-loop or circle; the controller's own unless given."""
     setting: str = DEFAULT_SETTING
-    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
+    """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
+    reconstructed."""
     plant: str | None = None
     """MuJoCo's arm: chain[:N], untuned[:N] or rod; of a rod's file the rod, else the chain, unless
     given."""

@@ -206,7 +206,7 @@ class Workshop:
         key, part = self._part("plants", run.plant, values)
         of_robot, robot = self.robot(run.robot, values)
         _, chosen = self.setting(self.matrix.combos[run.combo], values)
-        motors = (chosen.friction.steepest, chosen.I_m1, chosen.I_m2)
+        motors = (chosen.steepest, chosen.I_m1, chosen.I_m2)
 
         def make() -> Plant:
             name = model or part.model

@@ -200,12 +200,16 @@ class SettingPart(Part):
 
     name: str | None = None
     use: str | None = None
-    law: Literal["none", "simulink", "jump", "opposing"] | None = None
+    law: Literal["none", "simulink", "jump", "opposing", "stribeck", "lugre"] | None = None
     dead_zone: Zone | None = None
     tau_0: Pair | None = None
     mu: Pair | None = None
     speed: float | None = None
     torque_limit: Pair | None = None
+    stiction: Pair | None = None
+    stribeck: float | None = None
+    sigma_0: Pair | None = None
+    sigma_1: Pair | None = None
     I_m1: Finite | None = None
     I_m2: Finite | None = None
 

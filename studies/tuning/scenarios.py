@@ -17,7 +17,6 @@ from flexsim.errors import ParameterError
 from flexsim.linear.exact_loop import NO_FRICTION, exact_loops
 from flexsim.linear.loop_poles import SampledPlant, small_signal
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import Hardware
 from flexsim.loop.settings import Setting, setting
 from flexsim.mjcf.reading.names import Names
 from flexsim.plants.base import Plant
@@ -110,7 +109,7 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
     robots = loaded(tuning, robot)
     robots += [robot.changed(1 + each, 1.0, 0.0) for each in (-spread, spread) if each]
     robots += [robot.changed(1.0, 1.0, more)] if more else []
-    linear = dict.fromkeys(Hardware(delay=each.delay, lag=each.lag) for each in tuning.built)
+    linear = dict.fromkeys(each.linear for each in tuning.built)
     return tuple(
         loop
         for each in robots

@@ -7,14 +7,16 @@ from flexsim.loop.hardware.bridges import (
     bridge_numbers,
     read_bridges,
 )
-from flexsim.loop.hardware.effects import EffectNumbers, JointEffects, rippled
+from flexsim.loop.hardware.effects import EffectNumbers, JointEffects
+from flexsim.loop.hardware.joints import encoder_angles, joint_step
+from flexsim.loop.hardware.memory import joint_memory
 from flexsim.loop.hardware.numbers import (
     HardwareNumbers,
+    cascade,
     commands,
     lag_factors,
     mean_torque,
     measured,
-    motor_step,
     waiting_room,
 )
 from flexsim.loop.hardware.sensing import Sensing
@@ -30,14 +32,16 @@ __all__ = [
     "JointEffects",
     "Sensing",
     "bridge_numbers",
+    "cascade",
     "commands",
+    "encoder_angles",
+    "joint_memory",
+    "joint_step",
     "lag_factors",
     "mean_torque",
     "measured",
-    "motor_step",
     "named",
     "overridden",
     "read_bridges",
-    "rippled",
     "waiting_room",
 ]

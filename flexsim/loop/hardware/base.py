@@ -10,9 +10,9 @@ that a bench of this size would have. The order of things at a sample:
    what strain bridges read (`.sensing`);
 2. the controllers compute a command, which waits for `delay` samples;
 3. it is limited, to the lesser of the hardware's and the friction setting's limit;
-4. the motor follows with a first-order lag, and each physics step gets the mean of what the motor
-   gives over that step, exactly;
-5. friction and what else is at the joints (`.effects`), then the plant.
+4. amplifier and motor follow, each with a first-order lag, and each physics step gets the mean of
+   what the motor gives over that step, exactly;
+5. friction and what else is at the joints (`.effects`, `.joints`), then the plant.
 
 Noise is a number per seed, run and sample (`flexsim.numerics.noise`): the same on every plant and
 any number of threads, another in each run of a population.
@@ -30,7 +30,7 @@ import numpy as np
 
 from flexsim.errors import ParameterError
 from flexsim.loop.hardware.effects import JointEffects
-from flexsim.loop.hardware.numbers import HardwareNumbers, lag_factors
+from flexsim.loop.hardware.numbers import HardwareNumbers, cascade
 from flexsim.loop.hardware.parts import changed_words, given_parts
 from flexsim.loop.hardware.sensing import Sensing
 from flexsim.numerics.noise import SEED_MOST
@@ -131,9 +131,10 @@ class Hardware:
 
     @property
     def linear(self) -> Hardware:
-        """What a linear loop knows: delay, lag, and bridges without noise, offset and drift."""
+        """What a linear loop knows: delay, lags, and bridges without noise, offset and drift."""
         own = replace(self.sensing.quiet, gear=(1.0, 1.0))
-        return Hardware(delay=self.delay, lag=self.lag, sensing=own)
+        only = JointEffects(amplifier=self.effects.amplifier)
+        return Hardware(delay=self.delay, lag=self.lag, sensing=own, effects=only)
 
     def numbers(self, period: float, substeps: int) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
@@ -141,7 +142,9 @@ class Hardware:
         Args:
             period: control period [s], of `substeps` physics steps.
         """
-        decay, mean = lag_factors(self.lag, period / substeps)
+        amplifier = self.effects.amplifier
+        over_step = cascade(self.lag, amplifier, period / substeps)
+        over_period = cascade(self.lag, amplifier, period)
         quantum_1, quantum_2 = self.quanta
         return HardwareNumbers(
             self.ideal,
@@ -151,11 +154,16 @@ class Hardware:
             quantum_1,
             quantum_2,
             float(self.noise_v),
-            self.lag > 0,
-            decay,
-            mean,
-            lag_factors(self.lag, period)[1],
+            self.lag > 0 or amplifier > 0,
+            over_step.motor,
+            over_step.mean,
+            over_period.mean,
             int(self.seed),
+            self.lag > 0 and amplifier > 0,
+            over_step.amplifier,
+            over_step.own,
+            over_step.mean_amplifier,
+            over_period.mean_amplifier,
         )
 
 

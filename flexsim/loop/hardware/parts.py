@@ -66,6 +66,21 @@ def _check_word(name: str, value: Any, about: Any) -> None:
         )
 
 
+def part_rows(*kinds: type) -> list[tuple[str, str, str, str, str]]:
+    """Return name, unit, default, meaning and source of every number of parts, for tables."""
+    return [
+        (
+            item.name,
+            item.metadata.get("unit", "-"),
+            _words(item.default),
+            item.metadata["meaning"],
+            item.metadata.get("source", "assumed"),
+        )
+        for kind in kinds
+        for item in fields(kind)
+    ]
+
+
 def check_parts(given: Any) -> None:
     """Refuse a part's number that is none, not finite or out of its range.
 
@@ -108,7 +123,7 @@ def changed_words(given: Any) -> list[str]:
     """Return in words what of a part is not as usual."""
     return [
         f"{item.name.replace('_', ' ')} {_words(getattr(given, item.name))}"
-        + (f" {item.metadata['unit']}" if item.metadata["unit"] != "-" else "")
+        + (f" {unit}" if (unit := item.metadata.get("unit", "-")) != "-" else "")
         for item in fields(given)
         if getattr(given, item.name) != item.default
     ]

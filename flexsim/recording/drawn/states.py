@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsim.loop.friction import Friction
+from flexsim.loop.friction import RESISTING, Friction
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
 from flexsim.recording.colours import Colour
@@ -31,7 +31,7 @@ def joint_states(friction: Friction, motion: Motion) -> NDArray[np.int64]:
     """Return what each joint does at every sample, (K, 2) indices into STATES.
 
     Driven: the torque is beyond the dead zone. Sticks: it is not, and the joint is at rest; under
-    the law 'opposing' also where Coulomb friction holds the joint.
+    laws that oppose motion also where Coulomb friction holds the joint.
     """
     speed = np.abs(rates(motion))
     limit = np.array(friction.torque_limit)
@@ -39,7 +39,7 @@ def joint_states(friction: Friction, motion: Motion) -> NDArray[np.int64]:
     (low, high) = np.array(friction.dead_zone).T
     inside = (low < torque) & (torque < high)
     held = inside
-    if friction.law == "opposing":
+    if friction.law in RESISTING:
         held = inside | (np.abs(torque) <= np.array(friction.tau_0))
     return np.where(held & (speed < REST), STICKS, np.where(inside, DEAD_ZONE, DRIVEN))
 
