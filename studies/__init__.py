@@ -17,7 +17,16 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory", "report", "view"),
+    *(
+        "misprints",
+        "tables",
+        "pid_question",
+        "realisations",
+        "screening",
+        "laboratory",
+        "report",
+        "view",
+    ),
     *("watch", "play", "tools", "animate"),
     *("commands", "shell", "main"),
 )

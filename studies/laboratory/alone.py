@@ -1,4 +1,4 @@
-"""What each suspect alone does to the envelopes: curves over its size, and where they cross factors.
+"""What each suspect alone does to the envelopes: curves over its size, and what factors they reach.
 
 >>> curves = scan(loops, place, suspects, sizes=9, decades=2.0)
 >>> curves[0].ratio()               # (sizes, cases) to the bench without it, inf where diverged
@@ -55,7 +55,7 @@ class Curve:
 
 def sizes_of(suspect: Suspect, count: int, decades: float) -> Array:
     """Return sizes (count,) that reach down from the largest by decades [SI]."""
-    return suspect.most * 10.0 ** np.linspace(-decades, 0.0, count)
+    return suspect.most * 10.0 ** np.linspace(0.0, -decades, count)[::-1]
 
 
 def scan(
@@ -73,19 +73,21 @@ def scan(
         base: (C, R) envelopes of the place without suspects [m].
     """
     cases, repeats = base.shape
-    pairs = [(each, sign) for each in suspects for sign in each.signs]
+    pairs = [
+        (each, sign, sizes_of(each, sizes if each.sized else 1, decades))
+        for each in suspects
+        for sign in each.signs
+    ]
     jobs = [
-        Job(each.at(place, sign * float(size)), case, repeat)
-        for each, sign in pairs
-        for size in sizes_of(each, sizes, decades)
+        Job(each.at(place, sign * size), case, repeat)
+        for each, sign, its in pairs
+        for size in its
         for case in range(cases)
         for repeat in range(repeats)
     ]
-    found = run_jobs(loops, jobs, ran).envelope.reshape(len(pairs), sizes, cases, repeats)
-    return [
-        Curve(each, sign, sizes_of(each, sizes, decades), own, base)
-        for (each, sign), own in zip(pairs, found, strict=True)
-    ]
+    found = run_jobs(loops, jobs, ran).envelope.reshape(-1, cases, repeats)
+    ends = np.cumsum([len(its) for _, _, its in pairs])[:-1]
+    return [Curve(*pair, own, base) for pair, own in zip(pairs, np.split(found, ends), strict=True)]
 
 
 @dataclass(frozen=True)

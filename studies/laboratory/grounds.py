@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 from studies.core.evidence.check_sample import check_sample
 from studies.core.evidence.intervals import known_ends, median_interval, ratio_interval, share_of
 from studies.laboratory.alone import reached, scan
 from studies.laboratory.hypotheses import Hypothesis
-from studies.laboratory.loops import Job, Loops, loops_of, run_jobs
+from studies.laboratory.loops import Job, loops_of, run_jobs
 from studies.laboratory.place import Place
 from studies.laboratory.rows import (
     AloneRow,
@@ -88,8 +89,8 @@ def ground_of(
             f"with the {controllers} controllers the bench itself diverges on {place.plant}: "
             "there is nothing to compare with; take other hardware or another setting"
         )
-    signs = sum(len(each.signs) for each in suspects)
-    ran = numbers.bar(f"{label}, alone", signs * numbers.sizes * cases * numbers.repeats)
+    places = sum(len(each.signs) * (numbers.sizes if each.sized else 1) for each in suspects)
+    ran = numbers.bar(f"{label}, alone", places * cases * numbers.repeats)
     few = base[:, : numbers.repeats]
     curves = scan(loops, place, suspects, few, numbers.sizes, numbers.decades, ran)
     return Ground(place, loops, base, curves)
@@ -101,21 +102,27 @@ def base_rows(ground: Ground) -> list[BaseRow]:
     for number, (paper, own) in enumerate(zip(paper_cases(), ground.base, strict=True)):
         jobs = [Job(ground.place, number, repeat) for repeat in range(min(CHECKED, loops.repeats))]
         found = run_jobs(loops, jobs)
+        low, high = known_ends(median_interval(own))
+        rms, variation = (np.median(each, axis=0).tolist() for each in (found.rms, found.variation))
         rows.append(
             BaseRow(
-                ground.plant,
-                ground.controllers,
-                paper.name,
-                len(own),
-                float(ground.middle[number]),
-                *known_ends(median_interval(own)),
-                float(ground.scatter[number]),
-                *(float(x) for x in np.median(found.rms, axis=0)),
-                *(float(x) for x in np.median(found.variation, axis=0)),
-                paper.simulated,
-                paper.measured,
-                paper.factor,
-                *paper.ends,
+                plant=ground.plant,
+                controllers=ground.controllers,
+                case=paper.name,
+                runs=len(own),
+                envelope=float(ground.middle[number]),
+                envelope_low=low,
+                envelope_high=high,
+                scatter=float(ground.scatter[number]),
+                rms_1=rms[0],
+                rms_2=rms[1],
+                variation_1=variation[0],
+                variation_2=variation[1],
+                simulated=paper.simulated,
+                measured=paper.measured,
+                factor=paper.factor,
+                factor_low=paper.ends[0],
+                factor_high=paper.ends[1],
             )
         )
     return rows
@@ -176,7 +183,7 @@ def combined(
     draws = draws_from(parts, unit, decades, ground.loops.repeats)
     ran = numbers.bar(f"{ground.controllers}, {ground.plant}, {name}", 4 * numbers.draws)
     places = places_from(ground.place, parts, draws.sizes)
-    logs = factors_at(ground.loops, places, draws.luck, ground.middle, ran)
+    logs = factors_at(ground.loops, places, draws.luck.tolist(), ground.middle, ran)
     most = np.array([each.most for each in parts])
     count = sum(each.sized for each in parts)
     names = tuple(each.name for each in parts)
@@ -204,6 +211,8 @@ def hypotheses_of(
     for pair in itertools.combinations(leading, 2):
         groups[" + ".join(pair)] = [SUSPECTS[name] for name in pair]
     groups[ALL] = list(suspects)
+    for name, parts in groups.items():
+        groups[name] = [each for each in parts if each.sized]
     together: dict[frozenset[str], Hypothesis] = {}
     for name, parts in groups.items():
         which = frozenset(each.name for each in parts)
@@ -214,9 +223,10 @@ def hypotheses_of(
 
 def index_rows(numbers: Numbers, suspects: Sequence[Suspect], ground: Ground) -> list[IndexRow]:
     """Return Sobol' indices of the factor, in ranges in which few draws diverge, and of whether it
-    diverges, in the stated ones; none where none are asked for.
+    diverges, in the stated ones, of suspects that have sizes; none where none are asked for.
     """
-    if not numbers.base:
+    suspects = [each for each in suspects if each.sized]
+    if not numbers.base or not suspects:
         return []
     where = f"{ground.controllers}, {ground.plant}, Sobol'"
     pilot = sobol_samples(len(suspects) + 1, PILOT, np.random.default_rng((numbers.seed, 13)))
@@ -224,7 +234,7 @@ def index_rows(numbers: Numbers, suspects: Sequence[Suspect], ground: Ground) ->
     def logs_of(draws: Any) -> Array:
         ran = numbers.bar(where, 4 * len(draws.luck))
         places = places_from(ground.place, suspects, draws.sizes)
-        return factors_at(ground.loops, places, draws.luck, ground.middle, ran)
+        return factors_at(ground.loops, places, draws.luck.tolist(), ground.middle, ran)
 
     def diverged(scale: float) -> float:
         draws = draws_from(suspects, pilot, numbers.decades, ground.loops.repeats, scale)

@@ -37,7 +37,7 @@ class Hypothesis:
 
     Attributes:
         name: as shown. log_factors: (n, C, R), inf where diverged. sizes: (n, k) of the draws, as
-                multiples of the largest. parts: what the sizes are of. count: of those that are free.
+            multiples of the largest. parts: what they are of. count: of those that are free.
     """
 
     name: str
@@ -117,9 +117,7 @@ def posteriors(y: Array, hypotheses: Sequence[Hypothesis], noise: Noise) -> Arra
     return np.asarray(special.softmax(logs, axis=1))
 
 
-def made(
-    hypothesis: Hypothesis, noise: Noise, count: int, rng: np.random.Generator
-) -> Array:
+def made(hypothesis: Hypothesis, noise: Noise, count: int, rng: np.random.Generator) -> Array:
     """Return measured logarithms (count, C) as a hypothesis would make them.
 
     A draw of the prior, as often as it does not diverge; runs, noise and a discrepancy with it.
@@ -141,7 +139,8 @@ def confusion(
     """Return how often what a hypothesis (row) makes is thought to be of another (column), and the
     mean probability that it is given: (H, H) counts and (H, H) probabilities.
 
-    A tie counts for each of its hypotheses in equal parts. Rows of zeros where a hypothesis always diverges.
+    A tie counts for each of its hypotheses in equal parts. Rows are of zeros where a hypothesis
+    always diverges.
     """
     size = len(hypotheses)
     counts, means = np.zeros((size, size)), np.zeros((size, size))
@@ -155,7 +154,7 @@ def confusion(
     return counts, means
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """How near a hypothesis comes with one and the same draw.
 
@@ -168,7 +167,7 @@ class Fit:
     """
 
     draw: int
-    factors: tuple[float, ...]
+    factors: Array
     worst: float
     p_value: float
     p_exact: float
@@ -190,7 +189,7 @@ def fit(y: Array, hypothesis: Hypothesis, noise: Noise) -> Fit | None:
     exact = float((square[best] / (variance[best] + noise.fixed**2)).sum())
     return Fit(
         best,
-        tuple(float(x) for x in np.exp(mean[best])),
+        np.exp(mean[best]),
         float(np.sqrt(square[best].max())),
         float((weights * tail).sum()),
         float(stats.chi2.sf(exact, max(1, len(y) - hypothesis.count))),

@@ -67,14 +67,14 @@ class LaboratoryConfig(LoopOptions):
     """default, which mirror v, or collocated, PIDs that ignore it; or both."""
     suspects: tuple[str, ...] = tuple(SUSPECTS)
     """What may be other than in the simulation; see the study's README."""
-    perturbations: Perturbations = 16
-    sizes: int = 9
+    perturbations: Perturbations = 8
+    sizes: int = 7
     """Sizes of each suspect alone."""
     decades: float = 2.0
     """Decades [-] over which sizes reach down from the largest; priors are as wide, and half."""
-    draws: int = 128
+    draws: int = 64
     """Draws of the sizes of several suspects together."""
-    base: int = 64
+    base: int = 16
     """n of the n (d + 2) draws of Sobol' indices, a power of 2; 0 for none."""
     synthetic: int = 40
     """Data sets that each hypothesis makes, to be scored in turn; 0 for none."""
@@ -111,6 +111,10 @@ class LaboratoryConfig(LoopOptions):
             bar,
         )
 
+    def widths(self, plant: str) -> tuple[float, ...]:
+        """Return the decades that priors have on a plant: half of them are tried on the first."""
+        return (self.decades, NARROW * self.decades)[: 2 if plant == self.plants[0] else 1]
+
     @property
     def chosen(self) -> list[Suspect]:
         """The suspects asked for."""
@@ -125,7 +129,7 @@ def _check(config: LaboratoryConfig) -> None:
     """
     if config.robot_of().given is not None:
         raise ParameterError(
-            "--mjcf has no effect here: suspects change the robot's numbers; give those with --robot"
+            "--mjcf has no effect here: suspects change the numbers of --robot; give those"
         )
     for what, given, known in (
         ("plant", config.plants, SIMULATED),
@@ -163,7 +167,7 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
         result.reach.extend(reach_rows(ground, config.seed))
     names = leading(result.grounds, config.decades)
     for ground in result.grounds:
-        for decades in (config.decades, NARROW * config.decades):
+        for decades in config.widths(ground.plant):
             hypotheses = hypotheses_of(numbers, suspects, ground, names, decades)
             synthetic = config.synthetic if decades == config.decades else 0
             own, pairs = scores(ground, hypotheses, decades, synthetic, config.seed)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers import TUNED
+from controllers import COLLOCATED, TUNED
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.control.stacking import stack
@@ -80,6 +80,7 @@ class Found(NamedTuple):
 
 KINDS: Mapping[str, tuple[Mapping[str, Any], float]] = {
     "default": (TUNED, V_GAIN),
+    "collocated": (dict.fromkeys(TUNED, COLLOCATED), COLLOCATED.v_gain),
 }
 
 
@@ -147,8 +148,8 @@ def _population(loops: Loops, jobs: Sequence[Job]) -> Found:
     at = {key: i for i, key in enumerate(stages)}
     which = np.array([at[job.place, job.case] for job in jobs], dtype=np.int64)
     repeat = np.array([job.repeat for job in jobs], dtype=np.int64)
-    case = np.array([job.case for job in jobs], dtype=np.int64)
-    controllers = loops.controllers.chosen(case * loops.repeats + repeat)
+    row = np.array([job.case * loops.repeats + job.repeat for job in jobs], dtype=np.int64)
+    controllers = loops.controllers.chosen(row)
     outcome = run_each(list(stages.values()), which, repeat, controllers, threads=loops.threads)
     sums = outcome.sums
     rows = np.maximum(sums[:, ROWS, None], 1.0)

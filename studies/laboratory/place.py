@@ -46,7 +46,9 @@ class Place:
         Raises:
             ParameterError, ModelError: a robot without such a plant.
         """
-        own = replace(self.setting, hardware=IDEAL)
+        own = self.setting
+        if own.steepest == (0.0, 0.0):  # nothing of the hardware bounds the step
+            own = replace(own, hardware=IDEAL)
         return _plant(self.parameters, self.modal_damping, f"{self.plant}:{self.size}", own)
 
 
@@ -69,7 +71,7 @@ PLUS = How(lambda old, x: old + x, "plus the size")
 TIMES = How(lambda old, x: old * (1 + x), "times 1 + the size")
 MORE = How(lambda old, x: old + round(x), "plus the size, whole")
 PER_TURN = How(lambda old, x: max(1, round(2 * math.pi / x)) if x else old, "2 pi / the size")
-WORD = How(lambda old, x: old, "is the word")
+SET = How(lambda old, x: old, "is the share itself, whatever the size")
 
 
 class Change(NamedTuple):
@@ -78,7 +80,7 @@ class Change(NamedTuple):
     Attributes:
         path: hardware.X, sensing.X, effects.X, friction.X, robot.X or plant.size.
         how: as above. share: of the size that counts, one for each of a pair if they differ; or,
-            under WORD, the word.
+            under SET, what the number or word is.
     """
 
     path: str
@@ -99,7 +101,9 @@ class Change(NamedTuple):
             own = replace(place.parameters, **self._of(place.parameters, name, size))
             return replace(place, parameters=own)
         if room == "friction":
-            its = replace(place.setting, friction=replace(friction, **self._of(friction, name, size)))
+            its = replace(
+                place.setting, friction=replace(friction, **self._of(friction, name, size))
+            )
             return replace(place, setting=its)
         if room == "hardware":
             built = replace(hardware, **self._of(hardware, name, size))
@@ -112,7 +116,7 @@ class Change(NamedTuple):
 
     def _of(self, owner: Any, name: str, size: float) -> dict[str, Any]:
         """Return the changed number by its name."""
-        if self.how is WORD:
+        if self.how is SET:
             return {name: self.share}
         return {name: _spread(getattr(owner, name), self.share, size, self.how)}
 

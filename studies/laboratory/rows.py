@@ -208,9 +208,7 @@ class SuspectRow:
     def of(cls, suspect: Suspect) -> SuspectRow:
         """Return a suspect's row, its largest size in the unit that it is shown in."""
         most = suspect.scale * suspect.most
-        return cls(
-            suspect.name, suspect.cause, suspect.meaning, most, suspect.unit, suspect.source
-        )
+        return cls(suspect.name, suspect.cause, suspect.meaning, most, suspect.unit, suspect.source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +258,6 @@ class LaboratoryResult:
     indices: list[IndexRow] = field(default_factory=list)
     checks: list[CheckRow] = field(default_factory=list)
     grounds: list[Ground] = field(default_factory=list)
-
 
 
 AnyRow = TypeVar("AnyRow", BaseRow, AloneRow, ReachRow, ScoreRow, ConfusionRow, IndexRow)

@@ -59,6 +59,10 @@ def of_curves(curves: Sequence[Curve], middle: Array, decades: float) -> Hypothe
     logs, sizes = [], []
     for curve in curves:
         own = np.log(curve.envelopes / middle[:, None])  # (K, C, R)
+        if len(curve.sizes) == 1:  # it is there, or not
+            logs.append(own)
+            sizes.append(np.ones(1))
+            continue
         top = np.log10(curve.sizes[-1])
         at = np.linspace(top - decades, top, BETWEEN)
         logs.append(between(np.log10(curve.sizes), own, at))

@@ -141,7 +141,8 @@ def indices(
             found += [Index(case, name, of, scale, *(None,) * 6, **shares) for name in names]
             continue
         for name, (first, total) in zip(names, sobol_indices(f_A, f_B, f_AB, seed), strict=True):
-            found.append(Index(case, name, of, scale, *map(_known, (*first, *total)), **shares))
+            known = [_known(each) for each in (*first, *total)]
+            found.append(Index(case, name, of, scale, *known, **shares))  # type: ignore[arg-type]
     return found
 
 
