@@ -74,8 +74,8 @@ class LaboratoryConfig(LoopOptions):
     """Decades [-] over which sizes reach down from the largest; priors are as wide, and half."""
     draws: int = 64
     """Draws of the sizes of several suspects together."""
-    base: int = 16
-    """n of the n (d + 2) draws of Sobol' indices, a power of 2; 0 for none."""
+    base: int = 32
+    """n of the n (d + 2) draws of Sobol' indices, on the first plant, a power of 2; 0 for none."""
     synthetic: int = 40
     """Data sets that each hypothesis makes, to be scored in turn; 0 for none."""
 
@@ -173,7 +173,8 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
             own, pairs = scores(ground, hypotheses, decades, synthetic, config.seed)
             result.scores.extend(own)
             result.confusion.extend(pairs)
-        result.indices.extend(index_rows(numbers, suspects, ground))
+        if ground.plant == config.plants[0]:
+            result.indices.extend(index_rows(numbers, suspects, ground))
     for ground in result.grounds:
         if ground.plant == CHAIN:
             name, size = likeliest(ground, config.decades)

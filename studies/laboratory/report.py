@@ -67,7 +67,10 @@ def cell(row: ReachRow) -> str:
     if found.size is not None:
         low, high = (None if x is None else scale * x for x in (found.low, found.high))
         sized = SUSPECTS[row.suspect.split()[0]].sized
-        return f"{_two(scale * found.size)} [{_two(low)},{_two(high)}]" if sized else "yes"
+        if not sized:
+            return "yes"
+        ends = "" if low is None and high is None else f" [{_two(low)},{_two(high)}]"
+        return f"{_two(scale * found.size)}{ends}"
     if found.most is None:
         return "diverges"
     until = "" if lost is None else f", {DIVERGES}{_two(scale * lost)}"
@@ -128,12 +131,30 @@ def _effort(name: str) -> Callable[[BaseRow], str]:
 
 
 BASE_COLUMNS = (
-    Column("case", once=True),
-    Column("factor", "paper", form=_factor, once=True),
+    Column("case", "", once=True),
+    Column("factor", "paper's factor", form=_factor, once=True),
     Column("envelope", "envelope [mm]", form=_envelope),
-    Column("rms", "rms [N m]", form=_effort("rms"), once=True),
-    Column("variation", "variation", form=_effort("variation"), once=True),
 )
+EFFORT_COLUMNS = (
+    Column("case", "", once=True),
+    Column("rms", "rms [N m]", form=_effort("rms"), once=True),
+    Column("variation", "total variation [N m]", form=_effort("variation"), once=True),
+)
+
+
+def _base_table(result: LaboratoryResult, columns: tuple[Column, ...], title: str) -> Table:
+    """Return a table of the cases without suspects."""
+    plants = " | ".join(each for each in dict.fromkeys(row.plant for row in result.base))
+    blank = (Column("controllers", form=lambda _: ""),) * (len(columns) - 1)
+    return Table(
+        result.base,
+        columns,
+        f"{title} ({plants})",
+        line=("controllers", "case"),
+        section=(Column("controllers"), *blank),
+        tight=True,
+        prints="base.csv",
+    )
 
 
 def _probability(row: ScoreRow) -> str:
@@ -160,7 +181,6 @@ SCORE_COLUMNS = (
     Column("recovered", "own %", form=_recovered),
     Column("predicted", "predicts", form=_predicted),
     Column("p_value", "p", form=_p_value),
-    Column("sizes"),
 )
 
 
@@ -184,7 +204,7 @@ def _score_table(result: LaboratoryResult) -> Table:
         "p: posterior predictive.",
         section=(
             Column("controllers", form=lambda row: f"{row.controllers}, {row.plant}"),
-            *(Column("controllers", form=lambda _: ""),) * 6,
+            *(Column("controllers", form=lambda _: ""),) * 5,
         ),
         tight=True,
         prints="hypotheses.csv",
@@ -235,17 +255,9 @@ def _index_table(result: LaboratoryResult) -> Table:
 def tables(result: LaboratoryResult) -> list[Table]:
     """Return the bench, suspects alone, hypotheses, indices; and all of it for files."""
     return [
-        Table(
-            result.base,
-            BASE_COLUMNS,
-            "Without suspects: assumed modes | chain in closed form, and the paper's factor",
-            "Torques as commanded, of joints 1, 2: rms, and total variation [N m].",
-            key="base",
-            file="base.csv",
-            line=("controllers", "case"),
-            section=(Column("controllers"), *(Column("controllers", form=lambda _: ""),) * 4),
-            tight=True,
-        ),
+        Table(result.base, key="base", file="base.csv"),
+        _base_table(result, BASE_COLUMNS, "Without suspects, by plant: medians"),
+        _base_table(result, EFFORT_COLUMNS, "Torques as commanded, of joint 1, joint 2"),
         Table(result.reach, key="reach", file="reach.csv"),
         _reach_table(result),
         Table(result.scores, key="hypotheses", file="hypotheses.csv"),

@@ -72,7 +72,9 @@ def _share(
 def _strain(name: str, meaning: str, most: float, *changes: Change, **more: Any) -> Suspect:
     """Return a suspect of two strain bridges, shown in millionths of strain."""
     usual: dict[str, Any] = {"unit": "um/m", "scale": 1e6, "source": ASSUMED}
-    return Suspect(name, MEASURED, meaning, most=most, changes=(BRIDGES, *changes), **(usual | more))
+    return Suspect(
+        name, MEASURED, meaning, most=most, changes=(BRIDGES, *changes), **(usual | more)
+    )
 
 
 def _there(name: str, cause: str, meaning: str, *changes: Change) -> Suspect:
