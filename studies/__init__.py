@@ -17,16 +17,7 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *(
-        "misprints",
-        "tables",
-        "pid_question",
-        "realisations",
-        "screening",
-        "laboratory",
-        "report",
-        "view",
-    ),
-    *("watch", "play", "tools", "animate"),
+    *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory"),
+    *("report", "view", "watch", "play", "tools", "beam", "animate"),
     *("commands", "shell", "main"),
 )

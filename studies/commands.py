@@ -165,6 +165,12 @@ COMMANDS = {  # by name, groups together
         "tune a chain of segments and write its MJCF",
         MODELLING,
     ),
+    "beam": Command(
+        "beam.beam",
+        "BeamConfig",
+        "put a flexible beam, as a tuned chain, on a body of any MJCF file",
+        MODELLING,
+    ),
     "drive": Command(
         "tools.drive",
         "DriveConfig",

@@ -9,7 +9,8 @@ A chain is a rigid piece fixed to the hub, then N rigid segments joined by hinge
 Each piece has the mass, the centre and the inertia of the uniform beam it replaces, so only the
 hinges' positions and stiffnesses are free; `flexsim.arm.hinged_beam` has the chain's linear
 dynamics. With hinges at the centres of N equal cells and stiffness EI/h (`plain_chain`) the
-frequencies converge with order 2 only. `flexsim.arm.chain_fit` moves the hinges and tunes the
+frequencies converge with order 2 only, with hinges between N + 1 equal cells, MuJoCo's rule of
+thumb (`thumb_chain`), with order 1. `flexsim.arm.chain_fit` moves the hinges and tunes the
 springs until the first three clamped frequencies are exact, and the modes' couplings to the joints
 and the frequencies under any payload as close as N hinges allow. Hinges and springs do not depend
 on the payload. Couplings, loaded frequencies and the step pull against each other: see `front`.
@@ -17,6 +18,7 @@ on the payload. Couplings, loaded frequencies and the step pull against each oth
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +43,7 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 
+TUNED, UNTUNED, THUMB = "chain", "untuned", "rule-of-thumb"  # kinds of chains, as plants
 SEGMENTS = 6  # unless told otherwise
 SEGMENTS_LEAST = 3  # a spring for each frequency; none is left for the couplings, off by up to
 # 25 % (with 4: 0.4 %), so that 3 is a rung to compare with, not a model of the beam
@@ -63,7 +66,7 @@ class ChainDesign:
 
     Attributes:
         segments: N.
-        fitted: whether the frequencies have been made exact.
+        kind: 'chain' with exact frequencies, 'untuned' or 'rule-of-thumb': one of DESIGNS.
         position: (N,) distance of the hinges from the clamp [m].
         stiffness: (N,) of the hinges [N m/rad].
         frequency: (N,) of the clamped chain, without a payload [rad/s].
@@ -80,7 +83,7 @@ class ChainDesign:
     """
 
     segments: int
-    fitted: bool
+    kind: str
     position: Array
     stiffness: Array
     frequency: Array
@@ -96,6 +99,11 @@ class ChainDesign:
     mac: Array
 
     @property
+    def fitted(self) -> bool:
+        """Whether the frequencies have been made exact."""
+        return self.kind == TUNED
+
+    @property
     def coupling_error(self) -> float:
         """Largest relative error of the modes' couplings to the joints, Phi_i and moment."""
         return float(np.abs([self.Phi_error, self.moment_error]).max())
@@ -109,9 +117,9 @@ def design_chain(parameters: Parameters, segments: int = SEGMENTS) -> ChainDesig
             passes its own checks.
     """
     reason = "three frequencies need three hinges, their couplings four; past 16 nothing is gained"
-    segments = _whole(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
+    segments = whole_segments(segments, SEGMENTS_LEAST, SEGMENTS_MOST, reason)
     a, k = fitted_chain(segments)
-    return _report(parameters, np.array(a), np.array(k), fitted=True)
+    return _report(parameters, np.array(a), np.array(k), TUNED)
 
 
 def front(parameters: Parameters, segments: int = SEGMENTS) -> list[ChainDesign]:
@@ -120,9 +128,11 @@ def front(parameters: Parameters, segments: int = SEGMENTS) -> list[ChainDesign]
     Raises:
         ParameterError: segments is not a whole number from 4 to 16, or a fit fails.
     """
-    segments = _whole(segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose")
+    segments = whole_segments(
+        segments, FRONT_LEAST, SEGMENTS_MOST, "three hinges leave nothing to choose"
+    )
     fits = [fitted_chain(segments, weights) for weights in FRONT]
-    found = [_report(parameters, np.array(a), np.array(k), fitted=True) for a, k in fits]
+    found = [_report(parameters, np.array(a), np.array(k), TUNED) for a, k in fits]
     return sorted(found, key=lambda design: design.frequency[-1])
 
 
@@ -132,12 +142,39 @@ def plain_chain(parameters: Parameters, segments: int) -> ChainDesign:
     Raises:
         ParameterError: segments is not a whole number from 3 to 200.
     """
-    segments = _whole(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
+    segments = whole_segments(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
     a = (np.arange(segments) + 0.5) / segments
-    return _report(parameters, a, np.full(segments, float(segments)), fitted=False)
+    return _report(parameters, a, np.full(segments, float(segments)), UNTUNED)
 
 
-def _whole(segments: Any, least: int, most: int, reason: str) -> int:
+def thumb_chain(parameters: Parameters, segments: int) -> ChainDesign:
+    """Return the chain by MuJoCo's rule of thumb: hinges between N + 1 equal cells h, k = EI/h.
+
+    The first cell is fixed to the hub. Nothing bends within half a cell of the clamp and of the
+    tip, so that it is too stiff by terms of first order: a moment at the tip turns it by
+    N/(N + 1) of what it turns the beam.
+
+    Source: MuJoCo 2.2 to 3.x, `composite` of type cable with initial="none", and its plugin
+    mujoco.elasticity.cable: E I over the distance of the bodies, at the joint between them. (The
+    former has none at the clamp.) MuJoCo 4 has dropped both.
+
+    Raises:
+        ParameterError: segments is not a whole number from 3 to 200.
+    """
+    segments = whole_segments(segments, FITTED_MODES, PLAIN_MOST, "the report compares three modes")
+    a = np.arange(1, segments + 1) / (segments + 1)
+    return _report(parameters, a, np.full(segments, segments + 1.0), THUMB)
+
+
+DESIGNS: dict[str, Callable[[Parameters, int], ChainDesign]] = {  # by the kind of plant
+    TUNED: design_chain,
+    UNTUNED: plain_chain,
+    THUMB: thumb_chain,
+}
+
+
+def whole_segments(segments: Any, least: int, most: int, reason: str) -> int:
+    """Return a number of segments, or raise a ParameterError unless it is whole and in range."""
     is_number = isinstance(segments, (int, np.integer)) and not isinstance(segments, bool)
     if not is_number or not least <= segments <= most:
         raise ParameterError(
@@ -147,7 +184,7 @@ def _whole(segments: Any, least: int, most: int, reason: str) -> int:
     return int(segments)
 
 
-def _report(parameters: Parameters, a: Array, k: Array, fitted: bool) -> ChainDesign:
+def _report(parameters: Parameters, a: Array, k: Array, kind: str) -> ChainDesign:
     """Return a dimensionless chain in metres and N m/rad, with its errors."""
     p = parameters
     omega, q = chain_modes(a, k)
@@ -158,7 +195,7 @@ def _report(parameters: Parameters, a: Array, k: Array, fitted: bool) -> ChainDe
     chain, beam = shapes_at_nodes(a, q)  # unit columns
     return ChainDesign(
         segments=len(a),
-        fitted=fitted,
+        kind=kind,
         position=p.L * a,
         stiffness=p.EI / p.L * k,
         frequency=omega * unit,

@@ -59,12 +59,13 @@ def _late(sampled: SampledPlant, extra: float) -> SampledPlant:
         A, old, new = split_hold(sampled.linear, period, rest, *lags)
     gain = np.array(sampled.options.torque_gain)
     parts = _waiting(A, old * gain, new * gain, hardware.delay + whole)
-    C, same = np.zeros((3, len(parts[0]))), {"A": parts[0], "B": parts[1]}
+    C = np.zeros((3, len(parts[0])))
+    moved = replace(sampled, A=parts[0], B=parts[1], C=C, memory=0)
     if sampled.memory:
         C[:, : len(sampled.linear.A)] = sampled.linear.C
-        return seen_plant(replace(sampled, **same, C=C, memory=0))
+        return seen_plant(moved)
     C[:, : len(A)] = sampled.C[:, : len(A)]  # what is seen is of the plant's own states
-    return replace(sampled, **same, C=C)
+    return moved
 
 
 def _waiting(A: Array, old: Array, new: Array, whole: int) -> tuple[Array, Array]:

@@ -160,9 +160,9 @@ def sampled_plant(plant: Plant, theta2: float, options: LoopOptions | None = Non
     else:  # of shafts, too: friction is not at their motors
         linear = with_shafts(linearise(plant, theta2, o.joint_damping), effects)
         A, B = zero_order_hold(linear, o.period, *lags)
-    C = linear.C
+    C = linear.C.copy()
     if effects.encoder == "motor":
-        C = np.vstack([_at_motors(C[:2], effects.shaft), C[2:]])
+        C[:2] = _at_motors(C[:2], effects.shaft)
     lagging = np.zeros((len(C), len(A) - C.shape[1]))
     A, B, C = delayed(A, B * np.array(o.torque_gain), np.hstack([C, lagging]), o.hardware.delay)
     b = bridge_numbers(o.hardware, plant, o.period)
@@ -187,7 +187,9 @@ def seen_plant(exact: SampledPlant) -> SampledPlant:
         positions[own, np.arange(len(own))] = 1.0
         told = np.zeros((2, n))
         if delay:  # the estimator knows its computer's own delay
-            told[:, n - 2 :] = np.eye(2)
+            lags = (o.hardware.lag, o.hardware.effects.amplifier)
+            begin = len(linear.A) + 2 * sum(each > 0 for each in lags) + 2 * (delay - 1)
+            told[:, begin : begin + 2] = np.eye(2)
         A, B, C, memory = with_bridges(A, B, C, positions, told, b)
     C = np.vstack([-C[:2], C[2:3]])
     C[1] -= o.v_gain / exact.reach * C[2]  # atan(v/(r+L)), linear
@@ -195,7 +197,7 @@ def seen_plant(exact: SampledPlant) -> SampledPlant:
 
 
 def _at_motors(C: Array, shafts: tuple[float, float]) -> Array:
-    """Return rows (2, n) of the joints' errors as encoders at the motors see them."""
+    """Return rows (2, n) of the joints' angles as encoders at the motors see them."""
     moved, behind = C.copy(), [j for j, stiffness in enumerate(shafts) if stiffness > 0]
     for motor, j in enumerate(behind, start=C.shape[1] // 2 - len(behind)):
         moved[j, j], moved[j, motor] = 0.0, C[j, j]

@@ -39,7 +39,7 @@ def with_bridges(
     """Return a sampled plant whose v is that of an estimator.
 
     Args:
-        A, B: (n, n), (n, 2) of the plant over a period. C: (3, n) to theta1, theta2 and the tip's v.
+        A, B: (n, n), (n, 2) of the plant over a period. C: (3, n) to theta1, theta2, v.
         positions: (m, n) rows that take the plant's own m positions out of its states.
         told: (2, n) rows of the commands that reach the motors at a sample; zeros where they are
             the inputs themselves. b: of the plant.
@@ -84,7 +84,8 @@ def memory_of(seen: SeenLoop, plant_states: Array, torques: Array) -> Array:
     """
     n, size = seen.A.shape[0] - seen.memory, seen.memory
     memory = np.zeros((len(plant_states), size))
-    if size > 3 * COMMANDS and len(memory):  # the estimator starts at the angles that it reads
+    if size > 3 * COMMANDS and len(memory):  # it counts angles from those that it reads first:
+        # to its model, whose joints are free, that is to start at them
         memory[0, 3 * COMMANDS : 3 * COMMANDS + 2] = plant_states[0, :2]
     for k in range(len(memory) - 1):
         memory[k + 1] = (

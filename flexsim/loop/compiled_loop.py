@@ -173,8 +173,8 @@ def run_one(  # type: ignore[no-untyped-def]
         yard: what is measured into sums, points still waiting; nothing if it has no points.
     """
     late = waiting_room(h)  # commands on their way
-    memory = np.zeros(bridges.room)
     joints = joint_memory(state)
+    memory = np.zeros(bridges.room)
     work = work_space(state.shape[0] // 2)
     z = np.zeros(controllers.b.shape[1:])
     inner = np.zeros((2, controllers.A.shape[1]))

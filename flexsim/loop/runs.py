@@ -238,8 +238,8 @@ def _drive(  # type: ignore[no-untyped-def]
     the rows of states filled.
     """
     waiting = waiting_room(h)
-    memory = np.zeros(bridges.room)
     joints = joint_memory(state)
+    memory = np.zeros(bridges.room)
     work = work_space(state.shape[0] // 2)
     for k in range(torque.shape[0] + 1):
         states[k, :] = state
@@ -325,8 +325,8 @@ def drive(
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
         effects = setting.hardware.effects.numbers(period / substeps)
-        fixed = (coefficients, friction, built, effects, bridges, start, run, tau)
-        rows = _drive(*fixed, float(period), substeps, states, applied, seen, sensed)
+        fixed = (coefficients, friction, built, effects, bridges, start, run)
+        rows = _drive(*fixed, tau, float(period), substeps, states, applied, seen, sensed)
     torn = _torn(plant, states[:rows])
     if torn is not None or rows <= len(tau):
         time = period * (rows if torn is None else torn)

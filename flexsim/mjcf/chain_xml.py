@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexsim.arm.chain_design import ChainDesign
+from flexsim.arm.chain_design import THUMB, TUNED, UNTUNED, ChainDesign
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.atomic import require_replaceable, write_text
@@ -46,6 +46,23 @@ STRIP = f"""\
           <geom type="cylinder" size="0.005 0.0115" material="mark"/>
         </default>
 """
+KINDS = {  # what a file says of its chain, by its design
+    TUNED: (
+        "tuned",
+        "Positions and stiffnesses of the hinges are tuned: the first three clamped frequencies\n"
+        "    are the beam's own, its modes couple to the joints as the beam's do, and a payload\n"
+        "    changes both alike",
+    ),
+    UNTUNED: (
+        "plain",
+        "The hinges are at the centres of equal cells h, with stiffness EI/h: not tuned",
+    ),
+    THUMB: (
+        "rule-of-thumb",
+        "The hinges are between equal cells h, the first fixed to the hub, with stiffness EI/h,\n"
+        "    as MuJoCo's cable had them: not tuned",
+    ),
+}
 
 
 class Piece(NamedTuple):
@@ -135,14 +152,7 @@ def write_chain(path: Path, text: str, force: bool = False) -> Path:
 
 
 def _header(design: ChainDesign, timestep: float) -> str:
-    kind = "tuned" if design.fitted else "plain"
-    chosen = (
-        "Positions and stiffnesses of the hinges are tuned: the first three clamped frequencies\n"
-        "    are the beam's own, its modes couple to the joints as the beam's do, and a payload\n"
-        "    changes both alike"
-        if design.fitted
-        else "The hinges are at the centres of equal cells h, with stiffness EI/h: not tuned"
-    )
+    kind, chosen = KINDS[design.kind]
     return f"""
 <mujoco model="flexible arm, {kind} chain of {design.segments}">
   <!--

@@ -11,7 +11,7 @@ from contextlib import suppress
 
 import mujoco
 
-from flexsim.arm.chain_design import SEGMENTS, design_chain, plain_chain
+from flexsim.arm.chain_design import DESIGNS, SEGMENTS, TUNED
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError, ParameterError
 from flexsim.mjcf.chain_file import ChainModel, load_chain, longest_step
@@ -25,19 +25,19 @@ MARGIN = 1.05  # of a designed chain to the limit of its frequencies
 
 
 def designed_chain(
-    parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, fitted: bool = True
+    parameters: Parameters, segments: int = SEGMENTS, step: float | None = None, kind: str = TUNED
 ) -> ChainModel:
     """Return the chain of a robot, as `flexsim chain` writes it.
 
     Args:
         parameters: the robot; segments: N.
         step: physics step [s]; None for 1 ms, halved until RK4 can take it.
-        fitted: whether positions and stiffnesses of the hinges are.
+        kind: how hinges and springs are chosen, one of DESIGNS.
 
     Raises:
         ParameterError, ModelError: segments or step out of range.
     """
-    design = (design_chain if fitted else plain_chain)(parameters, segments)
+    design = DESIGNS[kind](parameters, segments)
     if step is None:
         bound = RK4_LIMIT / (MARGIN * design.frequency[-1])
         if halved(bound) == LONGEST_STEP:  # as it is for most: compiled once only

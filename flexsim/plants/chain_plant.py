@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexsim.arm.beam import load_of, mode_shapes
-from flexsim.arm.chain_design import SEGMENTS
+from flexsim.arm.chain_design import SEGMENTS, TUNED
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
@@ -62,7 +62,7 @@ class ChainPlant:
         parameters: Parameters,
         segments: int = SEGMENTS,
         step: float | None = None,
-        fitted: bool = True,
+        kind: str = TUNED,
         name: str = "chain",
     ) -> ChainPlant:
         """Return the chain of a robot, as `flexsim chain` writes it.
@@ -70,12 +70,12 @@ class ChainPlant:
         Args:
             parameters: the robot; segments: N.
             step: physics step [s]; None for 1 ms, halved until RK4 can take it.
-            fitted: whether positions and stiffnesses of the hinges are. name: of the plant.
+            kind: how hinges and springs are chosen, of `DESIGNS`. name: of the plant.
 
         Raises:
             ParameterError, ModelError: segments or step out of range.
         """
-        return cls(parameters, designed_chain(parameters, segments, step, fitted), name)
+        return cls(parameters, designed_chain(parameters, segments, step, kind), name)
 
     @property
     def step(self) -> float:

@@ -25,6 +25,7 @@ from flexsim.mjcf.rod_file import RodModel
 from flexsim.numerics.types import Array
 
 FEWEST = 2  # hinges that moments are between
+ROUNDING = 1e-9  # of a beam's length, a sum of its segments
 
 
 def on_beam(places: ArrayLike, L: float) -> Array:
@@ -35,11 +36,11 @@ def on_beam(places: ArrayLike, L: float) -> Array:
     """
     found = np.atleast_1d(np.asarray(places, dtype=float))
     for place in found:
-        if not 0 <= place <= L:
+        if not 0 <= place <= L * (1 + ROUNDING):
             raise ParameterError(
                 f"a strain bridge is {place:g} m from the clamp, off the beam; give 0 to {L:g} m"
             )
-    return found
+    return np.minimum(found, L)
 
 
 def curvature_of_modes(parameters: Parameters, n: int, places: ArrayLike) -> Array:

@@ -10,10 +10,13 @@ import re
 
 from flexsim.errors import ParameterError
 
-KINDS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod", "exudyn")
+KINDS = (
+    *("rigid", "assumed-modes", "printed", "chain", "closed-chain"),
+    *("untuned", "rule-of-thumb", "rod", "exudyn"),
+)
 PLANT_HELP = (
-    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod[:N] or "
-    "exudyn[:N]"
+    "rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], "
+    "rule-of-thumb[:N], rod[:N] or exudyn[:N]"
 )
 
 

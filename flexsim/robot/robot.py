@@ -6,8 +6,9 @@
     >>> rigid = robot.plant("rigid")
 
 Plants are named `rigid`, `assumed-modes`, `printed`, `chain` (MuJoCo's), `closed-chain` (the same
-chain's equations, compiled), `untuned`, `rod` and `exudyn` (the beam of another code, an extra),
-with a size after a colon where there is one: `assumed-modes:5`, `chain:10`.
+chain's equations, compiled), `untuned` (hinges in the middle of equal cells, EI/h), `rule-of-thumb`
+(hinges between them, as MuJoCo's cable had), `rod` and `exudyn` (the beam of another code, an
+extra), with a size after a colon where there is one: `assumed-modes:5`, `chain:10`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numbers import Real
 from pathlib import Path
 
 from flexsim.arm.beam import MODES, beta_lengths
-from flexsim.arm.chain_design import SEGMENTS
+from flexsim.arm.chain_design import SEGMENTS, TUNED
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.followed import require_followed
@@ -207,7 +208,7 @@ class Robot:
         setting: Setting | None = None,
         segments: int | None = None,
         step: float | None = None,
-        fitted: bool = True,
+        kind: str = TUNED,
         name: str = "chain",
     ) -> ChainPlant:
         """Return the chain: the file's, or one designed, of 6 segments unless given.
@@ -220,10 +221,10 @@ class Robot:
             require_uniform(self.rod)
         if chain is None:
             own, size = self._parameters(setting), SEGMENTS if segments is None else segments
-            plant = ChainPlant.designed(own, size, step, fitted, name)
+            plant = ChainPlant.designed(own, size, step, kind, name)
             shorter = shortened(plant.chain, setting, step)
             if shorter is not None:
-                plant = ChainPlant.designed(own, size, shorter, fitted, name)
+                plant = ChainPlant.designed(own, size, shorter, kind, name)
             return plant
         _require_own(
             chain, {"segments": (segments, len(chain.lengths)), "step": (step, chain.step)}
@@ -286,7 +287,7 @@ class Robot:
             return self._rod_plant(self.rod, setting, size, chain_step, name)
         if kind == "rod":
             return self._designed_rod(setting, size or ELEMENTS, chain_step, name)
-        return self.chain_plant(setting, size or segments, chain_step, kind == "chain", name)
+        return self.chain_plant(setting, size or segments, chain_step, kind, name)
 
     def _rod_plant(
         self,

@@ -56,7 +56,8 @@ class CompareConfig(LoopOptions):
     flexsim tune had, else ideal."""
     plants: tuple[str, str] = PLANTS
     """Two of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
-    untuned[:N], rod, exudyn[:N]: the last slow, for one nominal run (--perturbations 1)."""
+    untuned[:N], rule-of-thumb[:N], rod, exudyn[:N]: the last slow, for one nominal run
+    (--perturbations 1)."""
     perturbations: int | None = None
     """Runs behind each median, the gains' fourth digits perturbed; unless given 20, doubled to at
     most 320 until the envelope's 95 % interval is +-0.05 mm, or 1 %."""

@@ -72,6 +72,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "printed": {"color": VERMILION, "linewidth": 0.9, "linestyle": DASHES[3]},
     "untuned": {"color": SKY, "linewidth": 1.2, "linestyle": DASHES[4]},
     "rod": {"color": PURPLE, "linewidth": 1.2, "linestyle": DASHES[2]},
+    "rule-of-thumb": {"color": GREY, "linewidth": 1.2, "linestyle": DASHES[3]},
     "exudyn": {"color": BLACK, "linewidth": 0.8, "linestyle": DASHES[3]},
 }
 OTHER_STYLE: dict[str, Any] = {"color": GREEN, "linewidth": 1.0, "linestyle": DASHES[4]}

@@ -144,7 +144,8 @@ class HardwareOptions(HardwareNumberOptions):
 
     hardware: str = "ideal"
     """ideal, the paper's; bench (assumed: a sample of delay, 10 and 5 N m, 8192 counts a turn,
-    0.1 mm of noise on v); or bridges, the bench with v from two strain bridges."""
+    0.1 mm of noise on v); bridges, the bench with v from two strain bridges; or worn, the bench
+    with worn joints (in studies/README.md)."""
 
     @property
     def hardware_numbers(self) -> dict[str, Any]:

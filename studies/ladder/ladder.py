@@ -3,13 +3,14 @@
     >>> result = run(LadderConfig(quick=True))
     >>> result.rows[0].plant, result.rows[0].tips.tip_small, result.rows[0].us_per_ms
 
-Rigid link, assumed modes, the printed equations, chains tuned and untuned, MuJoCo's rod: each with
-its frequencies, its tip under two torques against a converged reference, the envelope of one fixed
-controller in closed loop, and the cost of a simulated millisecond. The reference is the limit of
-untuned chains: their error falls with 1/N^2, so two of them extrapolate to it, and a coarser pair
-tells how far to trust that. In the limit they are the inextensible beam in plane, bent as far as
-it may be. Of a file's robot it is the file's chain at a tenth of its step. `.integrators`
-does the same for steps and integrators.
+Rigid link, assumed modes, the printed equations, chains tuned, untuned and by MuJoCo's rule of
+thumb, MuJoCo's rod: each with its frequencies, what a moment and a payload at its tip do, its tip
+under two torques against a converged reference, the envelope of one fixed controller in closed
+loop, and the cost of a simulated millisecond. The reference is the limit of untuned chains: their
+error falls with 1/N^2, so two of them extrapolate to it, and a coarser pair tells how far to trust
+that. In the limit they are the inextensible beam in plane, bent as far as it may be. Of a file's
+robot it is the file's chain at a tenth of its step. `.integrators` does the same for steps and
+integrators.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from rich.progress import Progress
 
 from controllers import TUNED_IDEAL
 from flexsim.arm.beam import MODES
+from flexsim.arm.chain_design import DESIGNS
 from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.arm.parameters import Parameters, paper
 from flexsim.errors import DivergenceError
@@ -46,6 +48,7 @@ from studies.core.study_options import Out, StudyOptions, ThreadOptions
 from studies.core.timing import least_cost
 from studies.ladder.figures import figures
 from studies.ladder.integrators import QUICK_STEPS, STEPS, fine_plant, frequencies, integrator_rows
+from studies.ladder.loaded import loaded_error, rotation_error
 from studies.ladder.report import facts, mark_fronts, tables, verdict
 from studies.ladder.rows import Converged, LadderResult, PlantRow, Tips
 from studies.parity.motions import AMPLITUDES, POSE, trial_torque
@@ -55,11 +58,11 @@ Motions = Callable[[Sequence[Plant]], list[dict[str, Any]]]  # tips by torque of
 SIZES = range(3, 17)  # segments
 RUNGS = (
     *("rigid", "assumed-modes:1", "assumed-modes:2", "assumed-modes:3", "assumed-modes:5"),
-    *("printed:3", *(f"chain:{n}" for n in SIZES), *(f"untuned:{n}" for n in SIZES), "rod"),
+    *("printed:3", *(f"{chains}:{n}" for chains in DESIGNS for n in SIZES), "rod"),
 )
 QUICK_RUNGS = (
     *("rigid", "assumed-modes:1", "assumed-modes:3", "printed:3"),
-    *("chain:4", "chain:6", "untuned:6", "untuned:8", "untuned:10", "rod"),
+    *("chain:4", "chain:6", "untuned:6", "untuned:8", "untuned:10", "rule-of-thumb:6", "rod"),
 )
 EXUDYN, QUICK_EXUDYN = tuple(f"exudyn:{n}" for n in (2, 4, 6, 8, 12)), ("exudyn:4",)
 FILE_MODES = 5  # assumed modes of a file's robot, where it has so many hinges
@@ -205,7 +208,11 @@ def motions_of(plants: Sequence[Plant], duration: float, threads: int) -> list[d
 
 
 def plant_rows(
-    plants: Sequence[Plant], ref: Converged, motions: Motions, config: LadderConfig
+    robot: Robot,
+    plants: Sequence[Plant],
+    ref: Converged,
+    motions: Motions,
+    config: LadderConfig,
 ) -> list[PlantRow]:
     """Return a row of every plant."""
     chosen = setting(READING, config.built)
@@ -217,6 +224,8 @@ def plant_rows(
             *frequencies(plant),
             apart(tips, ref),
             tracking(plant, chosen, config.threads, runs),
+            rotation_error(robot, plant),
+            loaded_error(robot, plant.name),
         )
         for plant, tips in zip(plants, motions(plants), strict=True)
     ]
@@ -240,7 +249,7 @@ def run(config: LadderConfig, progress: Progress | None = None) -> LadderResult:
     ticker(progress, "ladder", None)
     plants = [robot.plant(name) for name in rungs(robot, config.quick, config.exudyn)]
     ref = converged(robot, motions, config.quick)
-    rows = plant_rows(plants, ref, motions, config)
+    rows = plant_rows(robot, plants, ref, motions, config)
     integrators = integrator_rows(robot.chain_plant(), steps, duration, config.rounds)
     return LadderResult(rows, integrators, ref)
 

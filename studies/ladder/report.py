@@ -17,9 +17,10 @@ from studies.ladder.rows import IntegratorRow, LadderResult, PlantRow, Tips, tip
 
 TARGETS = (1e-3, 1e-4, 1e-5)  # [m] of the verdict
 MM, UM, MS = 1e3, 1e6, 1e3
+NO = "n/a"  # of what a rung has not
 ROUNDING = 1e-9  # of damping ratios, from differences of the one-step map
 SAFE = 0.95  # of an integrator's limit: longer steps are none to take
-IN_MUJOCO = ("chain", "untuned", "rod")  # kinds of plants
+IN_MUJOCO = ("chain", "untuned", "rule-of-thumb", "rod")  # kinds of plants
 
 
 def front(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
@@ -95,6 +96,14 @@ FREQUENCIES = (
     *_hertz("clamped_hz", "clamped"),
     *_hertz("joint_free_hz", "free"),
 )
+AT_TIP = (
+    Column("plant", ""),
+    Column("rotation_error", "moment", "%", "+.1f", scale=100, missing=NO),
+    *(
+        Column("loaded_error", name, "%", "+.2f", scale=100, index=i, missing=NO)
+        for i, name in enumerate(("loaded 1", "2", "3"))
+    ),
+)
 INTEGRATORS = (
     Column("integrator", ""),
     Column("step", unit="ms", form="g", scale=MS),
@@ -140,6 +149,16 @@ def tables(result: LadderResult) -> list[Table]:
             f"Reference: {ref.name};\nits own uncertainty {doubts}\n",
             key="rows",
             file="rows.csv",
+        ),
+        Table(
+            result.rows,
+            AT_TIP,
+            "Errors at the tip: its static rotation under a moment there; frequencies, hub\n"
+            "locked, under a payload as heavy as the beam, its radius of gyration 0.2 L",
+            "Assumed modes: the sum over so many modes; those of the loaded beam, so that its\n"
+            "frequencies are exact. n/a: no modes, no payload, a tip without rotation, or a\n"
+            "beam of another code or of a file.",
+            prints="rows.csv",
         ),
         Table(
             result.integrators,

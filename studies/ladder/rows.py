@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from flexsim.numerics.types import Array
 from studies.core.evidence.repeats import Medians
@@ -28,6 +30,8 @@ class PlantRow:
 
     Attributes:
         clamped_hz, joint_free_hz: (3,), nan where it has no such mode.
+        rotation_error: relative, of the tip's static rotation under a moment there, nan if unknown.
+        loaded_error: (3,) relative, of the clamped frequencies under a payload, see `.loaded`.
         loop: how one controller tracks; None of the reference, which is not run in closed loop.
         us_per_ms: cost. pareto: whether no other row is as cheap and as near.
     """
@@ -38,6 +42,8 @@ class PlantRow:
     joint_free_hz: Array
     tips: Tips
     loop: Medians | None
+    rotation_error: float = math.nan
+    loaded_error: Array = field(default_factory=lambda: np.full(3, np.nan))
     us_per_ms: float = math.nan
     pareto_small: bool = False
     pareto_large: bool = False

@@ -80,7 +80,8 @@ class MujocoBody:
         """
         if type(plant) not in (ChainPlant, RodPlant):
             raise ParameterError(
-                f"plant {plant.name!r} is not MuJoCo's; choose chain, chain:N, untuned or rod"
+                f"plant {plant.name!r} is not MuJoCo's; choose chain, chain:N, untuned, "
+                "rule-of-thumb or rod"
             )
         self._base = self.plant = plant
         self._enter(plant)

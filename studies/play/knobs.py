@@ -59,7 +59,12 @@ KNOBS = {
     "damping": Knob(1.0, 0.0, 20.0, 1.25, True, "factor of the beam's damping"),
     "delay": Knob(0.0, 0.0, 20.0, 1.0, False, "samples from measurement to torque"),
     LAW: Knob(
-        0.0, 0.0, len(LAWS) - 1.0, 1.0, False, "friction: 0 none, 1 simulink, 2 jump, 3 oppos."
+        0.0,
+        0.0,
+        len(LAWS) - 1.0,
+        1.0,
+        False,
+        "friction: 0 none, 1 simulink, 2 jump, 3 oppos., 4 strib., 5 lugre",
     ),
     "friction": Knob(1.0, 0.0, 3.0, 1.1, True, "factor of dead zone and friction"),
     "payload": Knob(0.0, 0.0, 1.0, 0.01, False, "carried at the tip [kg]"),

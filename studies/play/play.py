@@ -57,8 +57,8 @@ class PlayConfig(HardwareOptions, SeedOptions, RobotOptions):
     """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
     reconstructed."""
     plant: str | None = None
-    """MuJoCo's arm: chain[:N], untuned[:N] or rod; of a rod's file the rod, else the chain, unless
-    given."""
+    """MuJoCo's arm: chain[:N], untuned[:N], rule-of-thumb[:N] or rod; of a rod's file the rod,
+    else the chain, unless given."""
     modes: int = MODES
     """Assumed modes of the ghost."""
     speed: float = 1.0

@@ -27,7 +27,7 @@ from studies.tuning.individuals import CONTROLLERS as KINDS_OF_CONTROLLERS
 from studies.tuning.individuals import TEXTBOOK
 from studies.tuning.tuning import BOTH, TUNERS
 
-MUJOCOS = ("chain", "untuned", "rod")  # that the live loop steps
+MUJOCOS = ("chain", "untuned", "rule-of-thumb", "rod")  # that the live loop steps
 FOLDERS = "/"  # in place of an ending
 ANY_FILE = ""
 VALUES: dict[str, Iterable[str]] = {  # by the option's name; of one command by both
@@ -71,6 +71,8 @@ ENDINGS = {  # of the files, by the option's name; of one command by both
     "drive out": ".csv",
     "follow out": ".csv",
     "chain out": ".xml",
+    "beam out": ".xml",
+    "stations": ".csv",
     "export out": ANY_FILE,
     "view run": ".rrd",
     "view save": ".rrd",

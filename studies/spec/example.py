@@ -10,7 +10,8 @@ repeats = 20        # of each case: gains as they are, then each gain changed by
 perturbation = 1e-4 # this share, since dry friction makes single runs a matter of chance
 
 # Models of the robot: rigid, assumed-modes[:n], chain[:N] (MuJoCo), closed-chain[:N] (the same
-# chain's equations), untuned[:N], rod[:N], printed[:n], exudyn[:N]. A name, or with a step:
+# chain's equations), untuned[:N], rule-of-thumb[:N], rod[:N], printed[:n], exudyn[:N]. A name, or
+# with a step:
 plants = ["assumed-modes", { model = "closed-chain:6", step = 5e-4 }]
 check = 20          # runs of each closed-chain case that MuJoCo itself repeats
 
@@ -45,7 +46,7 @@ lead = 0.2
 [[settings]]
 use = "simulink"
 
-# Sensors, computer, motors: ideal, delayed, bench; or with numbers of your own
+# Sensors, computer, motors: ideal, delayed, bench, worn; or with numbers of your own
 [[hardware]]
 use = "bench"
 

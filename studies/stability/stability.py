@@ -71,7 +71,7 @@ class StabilityConfig(ModelOptions, SeedOptions, StudyOptions):
     plant: str = "all"
     """all: exact (12 modes, exact hold), assumed-modes and chain; both: the latter two; or one of
     exact, rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
-    exudyn[:N]."""
+    rule-of-thumb[:N], exudyn[:N]."""
     controllers: Controllers = tuple(TUNED)
     """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
     ideal-circle; of Table 2 figure-3, figure-4, figure-5; or folders of runs of flexsim tune."""

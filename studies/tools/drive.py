@@ -42,15 +42,9 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     out: Path
     """CSV file to write: t,x,y,theta1,theta2,v [s, m, rad], row k the state at t_k, which counts
     from the log's first stamp."""
-    columns: Literal["true", "measured"] = "true"
-    """What is written: the motion; or what a laboratory logs of it, through the sensors of
-    --hardware: t,tau1,tau2,theta1,theta2,v, with bridges strain1,strain2, with tachometers w1,w2
-    [s, N m, rad, m, -, rad/s]."""
-    run_number: int = 0
-    """Which of many runs it is, by which the noise of what is measured differs."""
     plant: str = "chain"
-    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
-    exudyn[:N]."""
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
+    rule-of-thumb[:N], rod or exudyn[:N]."""
     setting: str = "none"
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
     theta1: float | None = None
@@ -62,6 +56,12 @@ class DriveConfig(LogOptions, HardwareOptions, RobotOptions):
     flexsim chain writes them."""
     lock: tuple[Literal["joint1", "joint2"], ...] = ()
     """Joints that do not move: joint1, joint2 or both; none unless given."""
+    log: Literal["true", "measured"] = "true"
+    """What is written: the motion; or what a laboratory logs of it, through the sensors of
+    --hardware: t,tau1,tau2,theta1,theta2,v, with bridges strain1,strain2, with tachometers w1,w2
+    [s, N m, rad, m, -, rad/s]."""
+    run_number: int = 0
+    """Which of many runs it is, by which the noise of what is measured differs."""
     force: bool = False
     """Overwrite the file named by --out."""
     seed: int = 0
@@ -152,8 +152,8 @@ def measured_table(motion: Motion) -> tuple[list[str], Array]:
     table, sensed = [motion.torque, motion.measured], motion.sensed
     header = list(MEASURED_HEADER)
     if sensed is not None:
-        there = np.isfinite(sensed).all(axis=0)
-        header += [name for name, own in zip(SENSED_HEADER, there, strict=True) if own]
+        there = [i for i, column in enumerate(sensed.T) if np.isfinite(column).all()]
+        header += [SENSED_HEADER[i] for i in there]
         table.append(sensed[:, there])
     return header, np.hstack(table)
 
@@ -204,7 +204,7 @@ def command(config: DriveConfig) -> None:
     require_replaceable(config.out, MOTION, config.force)
     driven, robot = run(config), config.robot_of()
     motion = driven.motion
-    write_motion(config.out, motion, config.force, config.columns)
+    write_motion(config.out, motion, config.force, config.log)
     v_most = float(np.abs(motion.v).max())
     notes = beyond(motion.plant, v_most, robot.parameters.L)
     if config.json:

@@ -55,8 +55,8 @@ class FollowConfig(HardwareOptions, SeedOptions, RobotOptions):
     """CSV file to write, a row per control period: t,x,y,theta1,theta2,v,tau1,tau2 and x_ref,
     y_ref,theta1_ref,theta2_ref [s, m, rad, N m]; torques as commanded from t on."""
     plant: str = "chain"
-    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N], rod or
-    exudyn[:N]."""
+    """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
+    rule-of-thumb[:N], rod or exudyn[:N]."""
     trajectory: str | None = None
     """line, two-loop or circle; the controller's own unless given."""
     setting: str = DEFAULT_SETTING

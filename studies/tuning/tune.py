@@ -44,6 +44,7 @@ from studies.tuning.showing.terminal import live
 from studies.tuning.tuning import Tuning
 
 DEFAULT_OUT = Path("runs/tune")
+WITHOUT_MODES = ("chain", "untuned", "rule-of-thumb", "rod", "rigid")  # kinds of plants
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """line, two-loop or circle; line unless given."""
     plant: tuple[str, ...] | None = None
     """both, or some of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
-    untuned[:N], rod[:N], exudyn[:N]; the worst counts; assumed-modes unless given."""
+    untuned[:N], rule-of-thumb[:N], rod[:N], exudyn[:N]; the worst counts; assumed-modes unless
+    given."""
     controller: str | None = None
     """fractional, or pid: orders 1 and -1; fractional unless given."""
     realisation: str | None = None
@@ -186,7 +188,7 @@ def tuning_of(config: TuneConfig) -> Tuning:
         ("exact_payload", not tuning.exact, "no exact loops are looked at; add --exact"),
         ("patience", tuning.tuner != "genetic", f"{tuning.tuner} always uses its whole budget"),
         ("screen", tuning.tuner != "genetic", "only the genetic algorithm's draws are screened"),
-        ("modes", kind in ("chain", "untuned", "rod", "rigid"), f"the {kind} plant has none"),
+        ("modes", kind in WITHOUT_MODES, f"the {kind} plant has none"),
         ("segments", kind in ("assumed-modes", "printed", "rigid"), f"the {kind} plant has none"),
     ):
         if name in values and size and name in ("modes", "segments"):

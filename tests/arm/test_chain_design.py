@@ -9,7 +9,7 @@ from numpy.polynomial.legendre import leggauss
 
 from flexsim import ParameterError, Parameters
 from flexsim.arm.beam import Load, beta_lengths, modal_integrals
-from flexsim.arm.chain_design import ChainDesign, design_chain, front, plain_chain
+from flexsim.arm.chain_design import ChainDesign, design_chain, front, plain_chain, thumb_chain
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.hinged_beam import (
     chain_modes,
@@ -225,3 +225,18 @@ def test_segments_out_of_range(segments: object) -> None:
 def test_plain_segments_out_of_range(segments: object) -> None:
     with pytest.raises(ParameterError, match="3 to 200"):
         plain_chain(PARAMETERS, segments)  # type: ignore[arg-type]
+
+
+def test_the_rule_of_thumb_is_too_stiff_with_first_order() -> None:
+    """Nothing bends within half a cell of clamp and tip, which is what its hinges leave out."""
+    sizes = np.array([16, 32, 64])
+    found = [thumb_chain(Parameters(), int(n)) for n in sizes]
+    np.testing.assert_allclose([d.rotation_error for d in found], -1 / (sizes + 1), rtol=1e-12)
+    errors = np.array([design.frequency_error for design in found])
+    assert (errors > 0).all()
+    slopes = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert slopes == pytest.approx([-1.0] * 3, abs=0.1)
+    assert (
+        errors > 5 * np.abs([plain_chain(Parameters(), n).frequency_error for n in sizes])
+    ).all()
+    assert not found[0].fitted and found[0].kind == "rule-of-thumb"

@@ -1,18 +1,20 @@
 """Delay and lag in the linear loop: against the simulation, in other forms, known facts."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from controllers import TUNED_IDEAL
-from flexsim import Parameters, Plant
+from flexsim import Parameters, Plant, drive, setting
 from flexsim.arm.parameters import paper
-from flexsim.linear.linearise import linearise, stepped_hold, zero_order_hold
+from flexsim.linear.linearise import linearise, stepped_hold, with_shafts, zero_order_hold
 from flexsim.linear.loop_poles import LoopOptions, linear_loop, sampled_plant, spectral_radii
 from flexsim.linear.margins import margins
 from flexsim.loop.control.stacking import stack
-from flexsim.loop.hardware import Hardware
+from flexsim.loop.hardware import Hardware, JointEffects
 from flexsim.plants.modes_plant import AssumedModesPlant
 from studies.stability.simulated import simulated_growth
 
@@ -27,6 +29,7 @@ BUILT = {
     "lag": Hardware(lag=1e-3),
     "slight": Hardware(lag=5e-5),
     "both": Hardware(delay=2, lag=2e-4),
+    "amplifier": Hardware(delay=1, lag=3e-4, effects=JointEffects(amplifier=2e-4)),
 }
 
 
@@ -119,6 +122,72 @@ def test_states_of_the_motors_are_what_the_matrix_makes_of_commands(
     found = sampled.motor_states(torques)
     assert found.shape == (12, 2 + 6)
     assert found == pytest.approx(np.array(expected), abs=1e-13)
+
+
+def test_an_amplifier_is_two_more_states_in_either_order(modes_plant: AssumedModesPlant) -> None:
+    linear = linearise(modes_plant, POSE)
+    n, lags = len(linear.A), (7e-4, 2e-4)
+    one, other = (
+        zero_order_hold(linear, PERIOD, *lags),
+        zero_order_hold(linear, PERIOD, *lags[::-1]),
+    )
+    assert one[0].shape == (n + 4, n + 4)
+    assert np.abs(one[1][:n] - other[1][:n]).max() < 1e-12 * np.abs(one[1][:n]).max()
+    steps = PERIOD / np.array([32, 64, 128])
+    held = [np.hstack(stepped_hold(linear, PERIOD, h, "RK4", (0.0, 0.0), *lags)) for h in steps]
+    off = [np.abs(each - np.hstack(one)).max() for each in held]
+    assert np.polyfit(np.log(steps), np.log(off), 1)[0] == pytest.approx(2, abs=0.1)
+    built = Hardware(delay=2, lag=lags[0], effects=JointEffects(amplifier=lags[1]))
+    sampled = sampled_plant(modes_plant, POSE, LoopOptions(PERIOD, hardware=built))
+    torques = np.random.default_rng(2).standard_normal((12, 2))
+    state, expected = np.zeros(len(sampled.A)), []
+    for torque in torques:
+        expected.append(state[n:])
+        state = sampled.A @ state + sampled.B @ torque
+    assert sampled.motor_states(torques) == pytest.approx(np.array(expected), abs=1e-13)
+
+
+SHAFTS = JointEffects(
+    shaft=(500.0, 40.0), shaft_damping=(0.3, 0.01), motor_inertia=(0.05, 0.002), encoder="motor"
+)
+
+
+def test_the_linear_loop_behind_shafts_is_the_simulations(modes_plant: AssumedModesPlant) -> None:
+    """Small torques, both joints behind shafts without gaps: the motion by matrix exponential."""
+    tau = 1e-3 * np.random.default_rng(5).standard_normal((60, 2))
+    off = []
+    for parts in (1, 2, 4):
+        fine = AssumedModesPlant(Parameters(), step=PERIOD / parts)
+        chosen = replace(
+            setting("none"), hardware=Hardware(effects=replace(SHAFTS, encoder="joint"))
+        )
+        motion = drive(fine, chosen, tau, PERIOD, theta=(0.0, POSE))
+        linear = with_shafts(linearise(fine, POSE), SHAFTS)
+        A, B = zero_order_hold(linear, PERIOD)
+        state, seen = np.zeros(len(A)), [np.zeros(2)]
+        for torque in tau:
+            state = A @ state + B @ torque
+            seen.append(state[:2])
+        off.append(np.abs(motion.joint - [0.0, POSE] - seen).max() / np.abs(seen).max())
+    assert off[0] < 0.02 and np.polyfit(np.log([4, 2, 1]), np.log(off), 1)[0] > 0.9
+
+
+def test_shafts_add_their_motors_vibration(modes_plant: AssumedModesPlant) -> None:
+    """One more coordinate each; stiff, the plant's own with I_m; encoders there see the motors."""
+    linear = linearise(modes_plant, POSE)
+    assert with_shafts(linear, JointEffects()) is linear
+    stiff = replace(SHAFTS, shaft=(5e5, 4e4), shaft_damping=(0.0, 0.0))
+    behind = with_shafts(linear, stiff)
+    m = len(linear.M)
+    assert len(behind.M) == m + 2 and np.allclose(behind.M, behind.M.T)
+    rigid = linearise(AssumedModesPlant(Parameters(I_m1=0.05, I_m2=0.002)), POSE)
+    for one, other in ((behind, rigid),):
+        found = np.sort(eigh(one.K, one.M, eigvals_only=True))[2:m]
+        assert found == pytest.approx(eigh(other.K, other.M, eigvals_only=True)[2:], rel=2e-3)
+    at_motors = sampled_plant(modes_plant, POSE, LoopOptions(hardware=Hardware(effects=SHAFTS)))
+    n = len(at_motors.A) // 2
+    assert (at_motors.C[0, [0, n - 2]] == [0.0, -1.0]).all()
+    assert (at_motors.C[1, [1, n - 1]] == [0.0, -1.0]).all()
 
 
 @pytest.fixture(scope="module")

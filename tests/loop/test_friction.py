@@ -143,7 +143,7 @@ def test_limit_inside_the_dead_zone_leaves_nothing() -> None:
 
 
 def test_settings_are_what_they_are_named() -> None:
-    assert list(SETTINGS) == ["none", "simulink", "jump", "opposing", "reconstructed"]
+    assert list(SETTINGS) == [*LAWS, "reconstructed"]
     for name in LAWS:
         assert setting(name).friction.law == name
         assert setting(name).friction.torque_limit == (math.inf, math.inf)
@@ -163,7 +163,9 @@ def test_defaults_are_table_4() -> None:
 def test_unknown_names_are_errors_naming_the_choices() -> None:
     with pytest.raises(ParameterError, match=r"'dry'.*none, simulink, jump, opposing"):
         Friction("dry")
-    with pytest.raises(ParameterError, match=r"'lab' is unknown.*opposing, reconstructed"):
+    with pytest.raises(
+        ParameterError, match=r"'lab' is unknown.*opposing, stribeck, lugre, reconstructed"
+    ):
         setting("lab")
     with pytest.raises(ParameterError, match="'print' is called 'jump' now"):
         setting("print")

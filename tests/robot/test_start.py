@@ -15,7 +15,10 @@ from studies.parity.motions import trial_torque
 
 NONE = setting("none")
 MODELS = Path(__file__).parents[2] / "models"
-PLANTS = ("rigid", "assumed-modes", "printed", "chain", "closed-chain", "untuned", "rod", "exudyn")
+PLANTS = (
+    *("rigid", "assumed-modes", "printed", "chain", "closed-chain"),
+    *("untuned", "rule-of-thumb", "rod", "exudyn"),
+)
 BENT = 0.05 * 0.5  # [m] v of the keyframe `bent`, 5 % of the beam
 STATIC = 3e-3  # relative: a beam bent by a force at its tip, of three modes, and large angles
 ENERGY = 3e-3  # relative, of the same

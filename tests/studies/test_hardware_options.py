@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import studies
+from flexsim.loop.hardware import JointEffects
+from flexsim.loop.hardware.parts import part_rows, part_table
 from studies.core.options import HardwareOptions
 from studies.main import main
 
@@ -18,6 +21,14 @@ def test_options_override_the_named_hardware() -> None:
     assert (bench.delay, bench.lag, bench.counts, bench.noise_v) == (0, 2e-3, 8192, 1e-4)
     zeros = HardwareOptions(hardware="bench", hardware_counts=0, hardware_noise=0.0).built
     assert (zeros.counts, zeros.noise_v, zeros.torque_limit) == (0, 0.0, (10.0, 5.0))
+
+
+def test_the_table_of_joints_is_what_the_code_says() -> None:
+    text = Path(studies.__file__).with_name("README.md").read_text(encoding="utf-8")
+    table = text.split("part_table(JointEffects) -->\n")[1].split("<!-- end of joints -->")[0]
+    assert table == part_table(JointEffects)
+    for name, unit, _, meaning, source in part_rows(JointEffects):
+        assert name in table and unit and meaning and ("assumed" in source or "(" in source)
 
 
 def test_driven_with_a_delay_the_motion_is_a_sample_later(

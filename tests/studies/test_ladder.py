@@ -1,6 +1,7 @@
 """The ladder: orders of convergence, who is nearer, the Pareto front, the integrators' theory."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ from quick_run import QuickRun
 
 from controllers import TUNED_IDEAL
 from flexsim import Parameters, setting
+from flexsim.arm.chain_design import design_chain
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import paper
 from flexsim.loop.runs import measure
@@ -87,6 +89,31 @@ def test_unfitted_chains_converge_with_order_two(content: dict[str, Any]) -> Non
     assert order([6, 8, 10], tips) == pytest.approx(-2, abs=0.2)  # 6 is few
 
 
+def test_a_moment_at_the_tip_turns_a_chain_by_the_sum_of_its_springs(
+    content: dict[str, Any],
+) -> None:
+    """Of N hinges with EI/h: L/EI if h is L/N, N/(N+1) of it if h is L/(N+1)."""
+    assert row_of(content, "untuned:6")["rotation_error"] == pytest.approx(0.0, abs=1e-10)
+    assert row_of(content, "rule-of-thumb:6")["rotation_error"] == pytest.approx(-1 / 7, rel=1e-9)
+    assert abs(row_of(content, "chain:6")["rotation_error"]) < 3e-3
+    assert row_of(content, "rigid")["rotation_error"] is None
+
+
+def test_a_payload_is_as_the_chain_design_has_it(content: dict[str, Any]) -> None:
+    """MuJoCo has compiled what the chain's closed form says; the rule of thumb is 40 % off."""
+    p = paper()
+    laden = replace(p, payload=p.m_b, payload_inertia=0.04 * p.m_b * p.L**2)
+    for n in (4, 6):
+        found = row_of(content, f"chain:{n}")["loaded_error"]
+        np.testing.assert_allclose(found, design_chain(laden, n).loaded_error, atol=1e-9)
+    errors = [row_of(content, name)["loaded_error"] for name in ("untuned:6", "rule-of-thumb:6")]
+    np.testing.assert_allclose(errors[0], [0.0035, 0.0079, 0.0389], atol=1e-4)
+    np.testing.assert_allclose(errors[1], [0.1225, 0.1877, 0.4053], atol=1e-4)
+    assert row_of(content, "assumed-modes:3")["loaded_error"] == pytest.approx([0.0] * 3, abs=1e-9)
+    for name in ("rigid", "printed:3", "rod"):
+        assert row_of(content, name)["loaded_error"] == [None] * 3
+
+
 def test_extrapolation_is_exact_for_a_square_law() -> None:
     coarse, fine = (np.array([[3.0, -1.0]]) + np.array([[0.5, 2.0]]) / n**2 for n in (28, 40))
     np.testing.assert_allclose(extrapolated(coarse, fine, 40 / 28), [[3.0, -1.0]], rtol=1e-12)
@@ -101,6 +128,7 @@ def test_extrapolation_is_exact_for_a_square_law() -> None:
         ("chain:6", "chain:4"),
         ("chain:6", "untuned:6"),
         ("chain:6", "rod"),
+        ("untuned:6", "rule-of-thumb:6"),
     ],
 )
 def test_who_is_nearer(content: dict[str, Any], nearer: str, farther: str) -> None:

@@ -131,10 +131,19 @@ class Hardware:
 
     @property
     def linear(self) -> Hardware:
-        """What a linear loop knows: delay, lags, and bridges without noise, offset and drift."""
-        own = replace(self.sensing.quiet, gear=(1.0, 1.0))
-        only = JointEffects(amplifier=self.effects.amplifier)
-        return Hardware(delay=self.delay, lag=self.lag, sensing=own, effects=only)
+        """What a linear loop knows of it.
+
+        Delay, lags, shafts without their gaps, and bridges without noise, offset and drift.
+        """
+        own, sensing = self.effects, replace(self.sensing.quiet, gear=(1.0, 1.0))
+        effects = JointEffects(
+            amplifier=own.amplifier,
+            shaft=own.shaft,
+            shaft_damping=own.shaft_damping,
+            motor_inertia=own.motor_inertia,
+            encoder=own.encoder,
+        )
+        return Hardware(delay=self.delay, lag=self.lag, sensing=sensing, effects=effects)
 
     def numbers(self, period: float, substeps: int) -> HardwareNumbers:
         """Return the numbers as the compiled loop reads them.
@@ -168,14 +177,26 @@ class Hardware:
 
 
 IDEAL = Hardware()
+BENCH = Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4)  # *assumed*
+WORN = JointEffects(  # *assumed*; sources of the models in `.effects`
+    amplifier=1e-4,  # a current loop of 1.6 kHz
+    ripple=(0.02, 0.02),
+    cogging=(0.05, 0.01),  # 0.5 and 0.2 % of the torque limits
+    cold=(0.2, 0.2),
+    warm=(-0.1, -0.1),
+    pose=(0.1, 0.1),
+    backlash=(5e-4, 5e-4),  # 1.7 minutes of arc, of a good planetary gear
+    shaft=(2000.0, 200.0),
+    shaft_damping=(2.0, 0.05),
+    motor_inertia=(0.01, 5e-4),
+)
 HARDWARE = {
     "ideal": IDEAL,
     "delayed": Hardware(delay=1),  # ideal but for one sample of computing delay
-    "bench": Hardware(delay=1, torque_limit=(10.0, 5.0), counts=8192, noise_v=1e-4),  # *assumed*
-    "bridges": Hardware(  # *assumed*: the bench, v from two bridges of 1 % and half a microstrain
-        delay=1,
-        torque_limit=(10.0, 5.0),
-        counts=8192,
+    "bench": BENCH,
+    "bridges": replace(  # *assumed*: the bench, v from two bridges of 1 % and half a microstrain
+        BENCH,
+        noise_v=0.0,
         sensing=Sensing(
             estimator="two-bridges",
             bridge_gain=(0.01, -0.01),
@@ -186,6 +207,7 @@ HARDWARE = {
             tachometer_noise=(5e-3, 5e-3),
         ),
     ),
+    "worn": replace(BENCH, effects=WORN),
 }
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from flexsim.loop.hardware.base import Hardware
 
 SENSED = 4  # columns: strain1, strain2 as filtered [-], rates of theta1, theta2 [rad/s]
-READ, CAME, TOLD, RATES, STATES = 0, 2, 4, 6, 8  # places in memory, see `read_bridges`
+READ, CAME, TOLD, RATES, FIRST, STATES = 0, 2, 4, 6, 8, 10  # places in memory, see `read_bridges`
 STRAIN_CHANNEL, RATE_CHANNEL = 1, 3  # of the noise, two each; v's own is 0
 
 
@@ -162,7 +162,8 @@ def read_bridges(b: BridgeNumbers, memory: Array, run, sample, theta1, theta2, s
 
     Args:
         memory: (room,), overwritten: strains read, those ahead of the filter, commands held since
-            the sample before (written by the loop), rates read, the estimator's states twice.
+            the sample before (written by the loop), rates read, the first angles, from which the
+            estimator counts, and its states twice.
         run, sample: whose noise it is. theta1, theta2: as measured [rad]. v: as it is read without
             bridges [m].
     """
@@ -190,10 +191,11 @@ def read_bridges(b: BridgeNumbers, memory: Array, run, sample, theta1, theta2, s
     n = b.states
     if n > 0:
         if sample == 0:  # at rest where the encoders say, beam straight
-            memory[STATES] = theta1
-            memory[STATES + 1] = theta2
+            memory[FIRST] = theta1
+            memory[FIRST + 1] = theta2
         for i in range(n):
-            x = b.G[6 * i] * theta1 + b.G[6 * i + 1] * theta2
+            x = b.G[6 * i] * (theta1 - memory[FIRST])
+            x += b.G[6 * i + 1] * (theta2 - memory[FIRST + 1])
             for j in range(2):
                 x += b.G[6 * i + 2 + j] * memory[READ + j] + b.G[6 * i + 4 + j] * memory[TOLD + j]
             for j in range(n):

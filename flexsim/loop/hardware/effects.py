@@ -28,13 +28,13 @@ models; sizes for this arm are *assumed*.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from flexsim.errors import ParameterError
-from flexsim.loop.hardware.parts import check_parts, part
+from flexsim.loop.hardware.parts import check_parts, part, word
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 
@@ -94,14 +94,10 @@ class JointEffects:
     motor_inertia: tuple[float, float] = part(
         NOTHING, "kg m2", "of a motor behind its shaft, at the joint, beside I_m", GAP
     )
-    encoder: str = field(
-        default="joint", metadata={"meaning": "side of the shaft that the encoders are on"}
-    )
+    encoder: str = word("joint", SIDES, "side of the shaft that the encoders are on")
 
     def __post_init__(self) -> None:
         check_parts(self)
-        if self.encoder not in SIDES:
-            raise ParameterError(f"hardware encoder is {self.encoder!r}; choose joint or motor")
         for gap, k, J in zip(self.backlash, self.shaft, self.motor_inertia, strict=True):
             if gap > 0 and k == 0:
                 raise ParameterError(

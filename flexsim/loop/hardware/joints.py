@@ -93,7 +93,7 @@ def worn_torque(  # type: ignore[no-untyped-def]
     if law < OPPOSING:
         return tau
     if law == LUGRE:
-        held = bristle_torque(memory, step, w, tau_0, stiction, stribeck, sigma_0, sigma_1)
+        held = bristle_torque(memory, step, theta, w, tau_0, stiction, stribeck, sigma_0, sigma_1)
         return tau - held - mu * w
     if law > OPPOSING:
         tau_0 = stribeck_torque(w, tau_0, stiction, stribeck)

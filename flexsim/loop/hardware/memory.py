@@ -7,17 +7,18 @@ import numpy as np
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
-MOTOR, AMPLIFIER, BRISTLE, ANGLE, RATE = range(5)  # columns
+MOTOR, AMPLIFIER, ANGLE, RATE, BRISTLE, BEFORE = range(6)  # columns
 
 
 @jit
 def joint_memory(state: Array) -> Array:
-    """Return the memory (2, 5) of both joints, motors in the middle of their gaps, moving along.
+    """Return the memory (2, 6) of both joints, motors in the middle of their gaps, moving along.
 
     Args:
         state: (2 m,) of the plant.
     """
-    memory = np.zeros((2, 5))
+    memory = np.zeros((2, 6))
     for j in range(2):
-        memory[j, ANGLE], memory[j, RATE] = state[j], state[state.shape[0] // 2 + j]
+        memory[j, ANGLE] = memory[j, BEFORE] = state[j]
+        memory[j, RATE] = state[state.shape[0] // 2 + j]
     return memory

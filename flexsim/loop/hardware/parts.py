@@ -81,6 +81,13 @@ def part_rows(*kinds: type) -> list[tuple[str, str, str, str, str]]:
     ]
 
 
+def part_table(*kinds: type) -> str:
+    """Return the numbers of parts as a table in Markdown."""
+    head = ("number", "unit", "off", "meaning", "source")
+    rows = [head, ("---",) * len(head), *part_rows(*kinds)]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
 def check_parts(given: Any) -> None:
     """Refuse a part's number that is none, not finite or out of its range.
 

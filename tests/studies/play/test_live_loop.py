@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from flexsim import ParameterError, closed_loop, setting
+from flexsim.loop.hardware import HARDWARE
 from studies.play.arm import Arm
 from studies.play.events import Event, Shove, Turn, push_events, read_events, write_events
 from studies.play.live import Live, Stage
@@ -69,6 +70,27 @@ def test_untouched_it_is_the_batchs_loop(bench_stage: Stage) -> None:
         for column in COLUMNS:
             expected = getattr(batch, column)[:PERIODS]
             np.testing.assert_array_equal(getattr(found, column), expected, err_msg=column)
+
+
+@pytest.mark.parametrize("law", ["opposing", "lugre"])
+def test_worn_joints_are_the_batchs_too(bench_stage: Stage, law: str) -> None:
+    """Bristles, motors behind gaps, amplifiers, warming up: memories that go from call to call."""
+    effects = replace(HARDWARE["worn"].effects, warming=(0.2, 0.3), encoder="motor")
+    built = replace(HARDWARE["worn"], lag=5e-5, effects=effects)
+    stage = replace(bench_stage, setting=setting(law, built))
+    live = moved(Live(stage), at_random(2), PERIODS // 3)
+    for arm, plant in zip(live.arms, (stage.modes, stage.mujoco), strict=True):
+        filters = stage.controller.filters(1e-3)
+        (batch,) = closed_loop(plant, stage.setting, stage.reference, [filters])
+        found = arm.motion(stage.reference)
+        assert len(found.time) == PERIODS // 3 and found.diverged is None
+        for column in COLUMNS:
+            expected = getattr(batch, column)[: PERIODS // 3]
+            np.testing.assert_array_equal(getattr(found, column), expected, err_msg=column)
+    other = closed_loop(stage.modes, bench_stage.setting, stage.reference, [filters])[0]
+    assert not np.array_equal(
+        other.state[: PERIODS // 3], live.arms[0].motion(stage.reference).state
+    )
 
 
 class Clock:

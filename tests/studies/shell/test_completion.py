@@ -145,7 +145,7 @@ def test_values(complete: Callable[[str], set[str]]) -> None:
     assert complete("tune --controller f") == {"fractional"}
     assert complete("completion ") & {*SCRIPTS} == {*SCRIPTS}
     assert complete("compare --period ") == set()
-    assert complete("play --plant ") == {"chain", "untuned", "rod"}
+    assert complete("play --plant ") == {"chain", "untuned", "rule-of-thumb", "rod"}
 
 
 def test_files(complete: Callable[[str], set[str]], folder: Path) -> None:

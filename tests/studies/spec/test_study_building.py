@@ -30,6 +30,7 @@ from flexsim import (
     model_path,
 )
 from flexsim.loop.control.stacking import stack
+from flexsim.loop.friction import Friction
 from flexsim.loop.waypoints import Waypoints
 from studies.core.evidence.repeats import PERTURBATION, perturbed
 from studies.run.batches import Perturbations
@@ -64,6 +65,17 @@ def design(**part: object):  # type: ignore[no-untyped-def]
 def alike(found, expected) -> None:  # type: ignore[no-untyped-def]
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_worn_joints_and_their_friction_are_given_in_a_file() -> None:
+    text = BASE.replace('["bench"]', '[{ use = "worn", cold = [0.3, 0.1], encoder = "motor" }]')
+    lugre = '[{ law = "lugre", stiction = [2.0, 1.2], sigma_0 = [900.0, 90.0] }]'
+    shop = workshop(f"{text}settings = {lugre}\n")
+    stage = shop.stage(shop.matrix.run(0), NONE)
+    worn = replace(HARDWARE["worn"].effects, cold=(0.3, 0.1), encoder="motor")
+    assert stage.hardware == replace(HARDWARE["worn"], effects=worn, seed=1)
+    own = Friction("lugre", stiction=(2.0, 1.2), sigma_0=(900.0, 90.0))
+    assert stage.friction == own.numbers()
 
 
 def test_parts_are_those_of_the_library() -> None:
