@@ -27,8 +27,9 @@ from studies.laboratory.answering import likely
 from studies.laboratory.rows import Ground, LaboratoryResult, of_ground, paper_cases
 from studies.laboratory.together import CAP
 
-ACROSS = 5  # panels
+ACROSS, PANELS = 5, 30
 LEAST, MOST = 0.4, 20.0  # factors drawn
+TELLING = 1.6  # a factor that a suspect exceeds somewhere, to have a panel
 HYPOTHESES = 14  # lines of the probabilities
 LINES = 12  # of the indices
 
@@ -51,7 +52,7 @@ def factor_figure(grounds: Sequence[Ground]) -> Figure:
     Args:
         grounds: of the same controllers on several plants, the first drawn full.
     """
-    names = [curve.name for curve in grounds[0].curves if curve.suspect.sized]
+    names = _telling(grounds[0].curves)
     rows = -(-len(names) // ACROSS) or 1
     figure, panels = canvas(rows, ACROSS, height=24 + 30 * rows, sharey=True)
     for axes, name in zip(panels.flat, names, strict=False):
@@ -75,10 +76,17 @@ def factor_figure(grounds: Sequence[Ground]) -> Figure:
         first.plot([], [], color="0.3", linestyle=DASHES[place], label=ground.plant)
     caption = (
         f"Envelopes over those of the bench, {grounds[0].controllers} controllers, by the size of "
-        "each suspect alone: medians with 95 % intervals in alone.csv. Bands: the paper's factors, "
-        f"with what rounding leaves. Factors beyond {MOST:g} are cut off."
+        f"each suspect alone, of those that exceed {TELLING:g} somewhere: medians; intervals in "
+        f"alone.csv. Bands: the paper's factors, with what rounding leaves. Cut off at {MOST:g}."
     )
     return finish(figure, panels.flat, legend=4, caption=caption)
+
+
+def _telling(curves: Sequence[Curve]) -> list[str]:
+    """Return the names of curves that somewhere exceed TELLING or diverge; all if none does."""
+    sized = [curve for curve in curves if curve.suspect.sized]
+    some = [curve.name for curve in sized if curve.ratio().max() > TELLING]
+    return (some or [curve.name for curve in sized])[:PANELS]
 
 
 def _draw(axes: Axes, curve: Curve, place: int) -> None:
