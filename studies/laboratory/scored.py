@@ -30,8 +30,8 @@ from studies.laboratory.rows import ConfusionRow, Ground, ScoreRow, paper_cases
 from studies.laboratory.suspects import SUSPECTS
 
 NONE, ALL, PAPER = "none", "all", "the paper's three"
-BETWEEN = 25  # sizes of a suspect alone, at which its curves are read
-DISCREPANCIES = np.geomspace(0.05, 0.5, 6)  # of a factor's logarithm: 5 % to two thirds, each alike
+BETWEEN = 17  # sizes of a suspect alone, at which its curves are read
+DISCREPANCIES = np.geomspace(0.05, 0.5, 4)  # of a factor's logarithm: 5 % to two thirds, each alike
 RESAMPLES = 99
 LEADING = 3  # suspects whose pairs are hypotheses, too
 
