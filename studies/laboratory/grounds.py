@@ -221,6 +221,18 @@ def hypotheses_of(
     return found + list(together.values())
 
 
+def run_again(numbers: Numbers, ground: Ground, hypothesis: Hypothesis, draw: int) -> Array:
+    """Return logarithms of factors (C, R) of runs at a draw of a hypothesis, inf where diverged."""
+    parts = [SUSPECTS[name] for name in hypothesis.parts]
+    most = np.array([each.most for each in parts])
+    sizes = hypothesis.sizes[draw, : len(parts)] * most
+    (place,) = places_from(ground.place, parts, sizes[None])
+    cases = range(len(ground.middle))
+    jobs = [Job(place, case, repeat) for case in cases for repeat in range(numbers.repeats)]
+    found = run_jobs(ground.loops, jobs).envelope.reshape(len(cases), -1)
+    return np.asarray(np.log(found / ground.middle[:, None]))
+
+
 def index_rows(numbers: Numbers, suspects: Sequence[Suspect], ground: Ground) -> list[IndexRow]:
     """Return Sobol' indices of the factor, in ranges in which few draws diverge, and of whether it
     diverges, in the stated ones, of suspects that have sizes; none where none are asked for.

@@ -159,8 +159,8 @@ class Fit:
     """How near a hypothesis comes with one and the same draw.
 
     Attributes:
-        draw: which is the likeliest. factors: (C,) that it predicts, geometric means of its runs.
-        worst: the largest of |log(measured/predicted)|.
+        draw: which is the likeliest. factors: (C,) of its runs, medians, inf where half diverge.
+        worst: the largest of |log(measured/factor)|.
         p_value: posterior predictive probability of a chi^2 as large, discrepancy included.
         p_exact: of the likeliest draw's without any discrepancy, as many degrees of freedom less
             as sizes are free, one at least.
@@ -186,11 +186,20 @@ def fit(y: Array, hypothesis: Hypothesis, noise: Noise) -> Fit | None:
     whole = variance[:, :, None] + noise.fixed[:, None] ** 2 + noise.discrepancies**2
     chi2 = (square[:, :, None] / whole).sum(axis=1)  # (n, S)
     tail = np.where(np.isfinite(chi2), stats.chi2.sf(chi2, len(y)), 0.0)
-    exact = float((square[best] / (variance[best] + noise.fixed**2)).sum())
-    return Fit(
-        best,
-        np.exp(mean[best]),
-        float(np.sqrt(square[best].max())),
-        float((weights * tail).sum()),
-        float(stats.chi2.sf(exact, max(1, len(y) - hypothesis.count))),
+    p_value = float((weights * tail).sum())
+    return seen(
+        Fit(best, mean, 0.0, p_value, 0.0), y, hypothesis.log_factors[best], hypothesis, noise
     )
+
+
+def seen(found: Fit, y: Array, logs: Array, hypothesis: Hypothesis, noise: Noise) -> Fit:
+    """Return a fit by runs (C, R) at its draw: logarithms of factors, inf where diverged."""
+    middle = np.median(logs, axis=1)
+    if np.isinf(middle).any():
+        return replace(found, factors=np.exp(middle), worst=np.inf, p_exact=0.0)
+    finite = np.where(np.isfinite(logs), logs, np.nan)
+    apart = y - middle
+    exact = float((apart**2 / (np.nanvar(finite, axis=1) + noise.fixed**2)).sum())
+    free = max(1, len(y) - hypothesis.count)
+    p_exact = float(stats.chi2.sf(exact, free))
+    return replace(found, factors=np.exp(middle), worst=float(abs(apart).max()), p_exact=p_exact)

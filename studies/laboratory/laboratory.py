@@ -14,6 +14,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -34,6 +35,7 @@ from studies.laboratory.grounds import (
     hypotheses_of,
     index_rows,
     reach_rows,
+    run_again,
 )
 from studies.laboratory.loops import KINDS
 from studies.laboratory.place import Place
@@ -68,7 +70,7 @@ class LaboratoryConfig(LoopOptions):
     suspects: tuple[str, ...] = tuple(SUSPECTS)
     """What may be other than in the simulation; see the study's README."""
     perturbations: Perturbations = 8
-    sizes: int = 7
+    sizes: int = 9
     """Sizes of each suspect alone."""
     decades: float = 2.0
     """Decades [-] over which sizes reach down from the largest; priors are as wide, and half."""
@@ -165,14 +167,8 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
         result.base.extend(base_rows(ground))
         result.alone.extend(alone_rows(ground, config.seed))
         result.reach.extend(reach_rows(ground, config.seed))
-    names = leading(result.grounds, config.decades)
+    score_all(config, numbers, result)
     for ground in result.grounds:
-        for decades in config.widths(ground.plant):
-            hypotheses = hypotheses_of(numbers, suspects, ground, names, decades)
-            synthetic = config.synthetic if decades == config.decades else 0
-            own, pairs = scores(ground, hypotheses, decades, synthetic, config.seed)
-            result.scores.extend(own)
-            result.confusion.extend(pairs)
         if ground.plant == config.plants[0]:
             result.indices.extend(index_rows(numbers, suspects, ground))
     for ground in result.grounds:
@@ -182,6 +178,19 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
             place = SUSPECTS[name].at(ground.place, size)
             result.checks.extend(check_rows(ground, shown_size(name, size), place))
     return result
+
+
+def score_all(config: LaboratoryConfig, numbers: Numbers, result: LaboratoryResult) -> None:
+    """Add what hypotheses are worth on every ground."""
+    names = leading(result.grounds, config.decades)
+    for ground in result.grounds:
+        again = partial(run_again, numbers, ground)
+        for decades in config.widths(ground.plant):
+            hypotheses = hypotheses_of(numbers, config.chosen, ground, names, decades)
+            synthetic = config.synthetic if decades == config.decades else 0
+            own, pairs = scores(ground, hypotheses, decades, synthetic, config.seed, again)
+            result.scores.extend(own)
+            result.confusion.extend(pairs)
 
 
 command = Study(

@@ -10,7 +10,7 @@ up to the largest: the prior is as wide for all.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy import special
@@ -25,6 +25,7 @@ from studies.laboratory.hypotheses import (
     confusion,
     fit,
     log_marginals,
+    seen,
 )
 from studies.laboratory.rows import ConfusionRow, Ground, ScoreRow, paper_cases
 from studies.laboratory.suspects import SUSPECTS
@@ -129,12 +130,15 @@ def scores(
     decades: float,
     synthetic: int,
     seed: int,
+    again: Callable[[Hypothesis, int], Array],
 ) -> tuple[list[ScoreRow], list[ConfusionRow]]:
     """Return how likely the paper's four factors are under each hypothesis.
 
     Args:
         decades: of the sizes, as the hypotheses have them. synthetic: data sets that each makes,
             to be scored in turn; 0 for none.
+        again: runs a draw of a hypothesis, (C, R) logarithms of factors: what is interpolated
+            between sizes is seen to be so.
     """
     noise, rng = noise_of(ground), np.random.default_rng((seed, 23))
     y = np.log([each.factor for each in paper_cases()])
@@ -148,7 +152,12 @@ def scores(
     probability, resampled = special.softmax(logs), special.softmax(drawn, axis=1)
     low, high = np.quantile(resampled, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
     names = [each.name for each in hypotheses]
-    fits = [fit(y, each, noise) for each in hypotheses]
+    fits: list[Fit | None] = []
+    for each in hypotheses:
+        found = fit(y, each, noise)
+        if found is not None:
+            found = seen(found, y, again(each, found.draw), each, noise)
+        fits.append(found)
     counts, means = confusion(hypotheses, noise, synthetic, rng)
     where = (ground.plant, ground.controllers)
     rows = [
