@@ -253,7 +253,12 @@ LIST = (
         (Change("hardware.counts", PER_TURN),),
     ),
     _share(
-        "limit", OTHERS, "torque limits lower", 0.8, Change("hardware.torque_limit", TIMES, -1.0)
+        "limit",
+        OTHERS,
+        "torque limits lower",
+        0.6,
+        Change("hardware.torque_limit", TIMES, -1.0),
+        source="assumed; with more, motor 1 hardly gets out of its dead zone",
     ),
     _share("ripple", OTHERS, "amplitude of the torque ripple", 0.3, Change("effects.ripple")),
     Suspect(
