@@ -245,6 +245,17 @@ def test_every_suspect_changes_what_it_says_and_nothing_at_size_zero(suspect: An
     assert suspect.most > 0 and suspect.source and suspect.meaning
 
 
+def test_suspects_together_are_the_same_in_any_order() -> None:
+    """Each has numbers of its own, or adds its share: what is drawn together is together."""
+    found = []
+    for order in (LIST, LIST[::-1]):
+        place = BENCH
+        for each in order:
+            place = each.at(place, 0.5 * each.most) if each.sized else place
+        found.append(place)
+    assert found[0] == found[1]
+
+
 def test_a_path_that_there_is_not_is_refused() -> None:
     with pytest.raises(FlexsimError, match="no path"):
         Change("beam.EI").made(BENCH, 1.0)
