@@ -127,7 +127,7 @@ def _factor(row: BaseRow) -> str:
 
 
 def _effort(name: str) -> Callable[[BaseRow], str]:
-    return lambda row: f"{getattr(row, name + '_1'):.3g}, {getattr(row, name + '_2'):.3g}"
+    return lambda row: f"{getattr(row, name + '_1'):.4g}, {getattr(row, name + '_2'):.4g}"
 
 
 BASE_COLUMNS = (
