@@ -304,7 +304,8 @@ def test_collocated_pids_take_no_more_effort_than_the_default_ones() -> None:
 
 
 def test_equal_jobs_are_run_once_and_pairs_have_the_same_luck() -> None:
-    loops, told = loops_of("default", BENCH.parameters, 2, seed=1), []
+    told: list[int] = []
+    loops = loops_of("default", BENCH.parameters, 2, seed=1)
     same = SUSPECTS["delay"].at(BENCH, 0.4)  # rounds to none
     jobs = [Job(BENCH, 2, 0), Job(same, 2, 0), Job(BENCH, 2, 1)]
     found = run_jobs(loops, jobs, told.append).envelope
