@@ -24,6 +24,7 @@ from controllers.response import ResponseError, frequency_response, response_err
 from controllers.sections import Cascade, Sections
 from controllers.series import Array, Filter, gruenwald_letnikov, impulse_response, tustin
 from controllers.tuned import TUNED
+from controllers.tuned_arms import TUNED_ARMS
 from controllers.tuned_collocated import COLLOCATED, TextbookPid
 from controllers.tuned_ideal import TUNED_IDEAL
 
@@ -32,6 +33,7 @@ __all__ = [
     "REALISATIONS",
     "TABLE_2",
     "TUNED",
+    "TUNED_ARMS",
     "TUNED_IDEAL",
     "Array",
     "Cascade",

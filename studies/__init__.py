@@ -18,6 +18,6 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory"),
-    *("report", "view", "watch", "play", "tools", "beam", "animate"),
+    *("report", "view", "watch", "play", "tools", "beam", "identify", "experiment", "animate"),
     *("commands", "shell", "main"),
 )

@@ -177,6 +177,18 @@ COMMANDS = {  # by name, groups together
         "drive a plant open loop with a recorded torque",
         MODELLING,
     ),
+    "identify": Command(
+        "identify.identify",
+        "IdentifyConfig",
+        "the robot's numbers from logs of torques and what they moved",
+        MODELLING,
+    ),
+    "experiment": Command(
+        "experiment.experiment",
+        "ExperimentConfig",
+        "torques that tell the robot's numbers, and how well they will",
+        MODELLING,
+    ),
     "play": Command(
         "play.play",
         "PlayConfig",

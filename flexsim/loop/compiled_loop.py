@@ -44,7 +44,7 @@ from flexsim.loop.measuring import (
 from flexsim.loop.stacked import nth
 from flexsim.numerics.jit import jit, jit_parallel
 from flexsim.numerics.types import Array
-from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
+from flexsim.plants.dispatch import elbow, physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
 get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
@@ -121,13 +121,15 @@ def has_left(loop: Loop, state: Array, k: int, v: float) -> bool:
 
 
 @jit
-def tip_of(loop: Loop, state: Array, along: float, v: float):  # type: ignore[no-untyped-def]
+def tip_of(plant, loop: Loop, state: Array, along: float, v: float):  # type: ignore[no-untyped-def]
     """Return the tip's position (x, y) [m]."""
-    th1, th12 = state[0], state[0] + state[1]
+    x1, y1, turned = elbow(plant, loop.L_R, state)
+    th1, th12 = state[0], state[0] + turned + state[1]
+    s1, c1 = np.sin(th1), np.cos(th1)
     s, c = np.sin(th12), np.cos(th12)
     return (
-        loop.L_R * np.cos(th1) + along * c - v * s,
-        loop.L_R * np.sin(th1) + along * s + v * c,
+        x1 * c1 - y1 * s1 + along * c - v * s,
+        x1 * s1 + y1 * c1 + along * s + v * c,
     )
 
 
@@ -185,7 +187,7 @@ def run_one(  # type: ignore[no-untyped-def]
         if has_left(loop, state, k, v):
             return np.inf, k * loop.period
         edge = 0.5 if k == 0 or k == samples - 1 else 1.0  # trapezoidal rule
-        x, y = tip_of(loop, state, along, v)
+        x, y = tip_of(plant, loop, state, along, v)
         dx, dy = x - loop.tip[k, 0], y - loop.tip[k, 1]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
         th1, th2 = encoder_angles(effects, joints, state[0], state[1])

@@ -29,6 +29,7 @@ from flexsim.plants.modes_plant import AssumedModesPlant
 DURATION = 0.2  # [s]
 STEPS_MOST = 20_000  # of the file's own; a motion of shorter ones is shorter
 FOLLOWED = 0.05  # relative, how far off the modes may be
+STILL = 1e-20  # [rad] a joint that turns no further is locked
 MODES_TRIED = 12  # at most, when more than those asked for are tried
 
 
@@ -80,7 +81,8 @@ def deviation(arm: ArmFile, plant: AssumedModesPlant) -> float:
     found = np.column_stack([motion.joint, motion.tip, motion.v])
     off, moved = found - own, own - own[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        angles = np.abs(off[:, :2]).max(axis=0) / np.abs(moved[:, :2]).max(axis=0)
+        turned = np.abs(moved[:, :2]).max(axis=0)
+        angles = np.where(turned > STILL, np.abs(off[:, :2]).max(axis=0) / turned, 0.0)
         tip = _norms(off[:, 2:4]).max() / _norms(moved[:, 2:4]).max()
         bending = np.sqrt(np.mean(off[:, 4] ** 2) / np.mean(moved[:, 4] ** 2))
     worst = max(*angles, tip, bending)

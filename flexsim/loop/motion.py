@@ -37,6 +37,7 @@ class Motion:
         beam: (K, P, 2) points along the deflected beam, from its clamp to its tip [m].
         reference_tip: (K, 2) [m]; reference_joint: (K, 2) [rad]; both nan where there is none.
         diverged: time of divergence [s], or None.
+        link1: (K, P1, 2) points along link 1, from joint 1 to joint 2, where it bends [m]; or None.
     """
 
     plant: str
@@ -56,6 +57,7 @@ class Motion:
     reference_joint: Array
     diverged: float | None = None
     sensed: Array | None = None
+    link1: Array | None = None
 
     def thinned(self, stride: int) -> Motion:
         """Return every stride-th sample, the first included."""

@@ -39,7 +39,7 @@ from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
-from flexsim.plants.base import Plant
+from flexsim.plants.base import Observation, Plant
 from flexsim.plants.dispatch import physics_step, tip_in_hub, work_space
 
 TORN = 1.2  # of r + L: a tip so far from joint 2 is of no beam, but of a rod whose edges gave way
@@ -287,6 +287,7 @@ def drive(
     theta: ArrayLike = (0.0, 0.0),
     state: ArrayLike | None = None,
     run: int = 0,
+    look: bool = True,
 ) -> Motion:
     """Return the open-loop motion under recorded torques, row k the state at t_k.
 
@@ -295,6 +296,7 @@ def drive(
         torque: (K, 2) [N m], held over one period each; the motion has K+1 rows.
         period: [s]. theta: joint angles at rest at the start [rad], beam straight.
         state: (2 m,) to start from instead. run: whose noise what is measured has.
+        look: whether more than state, joint angles and v is wanted, which costs more than they.
 
     Raises:
         ParameterError: the torque is not (K, 2) finite numbers, or the period no multiple of the
@@ -346,7 +348,20 @@ def drive(
         sensed=sensed,
         reference_tip=unknown,
         reference_joint=unknown,
-        **vars(plant.observe(states)),
+        **vars(plant.observe(states) if look else _unseen(plant, states)),
+    )
+
+
+def _unseen(plant: Plant, states: Array) -> Observation:
+    """Return joint angles and v of states (K, 2 m), nothing for the rest."""
+    none = np.full(len(states), np.nan)
+    return Observation(
+        joint=states[:, :2].copy(),
+        v=plant.deflection(states[:, : states.shape[1] // 2])[1],
+        tip=np.full((len(states), 2), np.nan),
+        modal=np.zeros((len(states), 0)),
+        energy=none,
+        beam=np.zeros((len(states), 0, 2)),
     )
 
 

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flexsim.arm.kinematics import joint_angles
+from flexsim.arm.kinematics import joint_angles, tip_position
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.clocks import PERIOD
@@ -111,6 +111,50 @@ class Trajectory:
         )
 
 
+@dataclass(frozen=True)
+class Turn:
+    """A turn of the joints, one at least, by the quintic time law, and a hold at its end.
+
+    Attributes:
+        start, end: joint angles (theta1, theta2) [rad]. duration, hold, lead: as of `Trajectory`.
+        name: for tables.
+
+    Raises:
+        ParameterError: a number that cannot be used.
+    """
+
+    start: tuple[float, float] = (0.0, 0.0)
+    end: tuple[float, float] = (0.0, math.pi / 2)
+    duration: float = 2.0
+    hold: float = 1.0
+    lead: float = 0.0
+    name: str = "turn"
+
+    def __post_init__(self) -> None:
+        for label in ("start", "end"):
+            angles = getattr(self, label)
+            if len(angles) != 2 or not all(math.isfinite(value) for value in angles):
+                raise ParameterError(f"{label} is {angles}; give two finite angles [rad]")
+        if not (0 < self.duration < math.inf and 0 <= self.hold < math.inf):
+            raise ParameterError(
+                f"turn lasts {self.duration} s and holds {self.hold} s; "
+                "give a duration over 0 and a hold of 0 or more"
+            )
+        if not 0 <= self.lead < math.inf:
+            raise ParameterError(f"turn has a lead of {self.lead} s; give 0 or more")
+
+    @property
+    def end_time(self) -> float:
+        """Lead, duration and hold together [s]."""
+        return self.lead + self.duration + self.hold
+
+    def joints(self, time: Array) -> Array:
+        """Return the reference joint angles (K, 2) [rad] at times (K,) [s]."""
+        gone = quintic(np.clip((np.asarray(time) - self.lead) / self.duration, 0.0, 1.0))
+        start, end = np.array(self.start), np.array(self.end)
+        return start + gone[:, None] * (end - start)
+
+
 class Path(Protocol):
     """What a reference is sampled from: a `Trajectory`, or `flexsim.loop.waypoints.Waypoints`."""
 
@@ -149,8 +193,8 @@ class Reference:
     torque: Array | None = None
 
 
-def reference(trajectory: Path, parameters: Parameters, period: float = PERIOD) -> Reference:
-    """Return the sampled reference with its rigid inverse kinematics.
+def reference(trajectory: Path | Turn, parameters: Parameters, period: float = PERIOD) -> Reference:
+    """Return the sampled reference with its rigid inverse kinematics, of a turn the tip instead.
 
     Raises:
         ParameterError: the control period is not positive, or a point is out of reach or singular.
@@ -159,6 +203,9 @@ def reference(trajectory: Path, parameters: Parameters, period: float = PERIOD) 
         raise ParameterError(f"control period is {period} s; give more than 0")
     samples = math.ceil(trajectory.end_time / period - WHOLE)  # the end is in the last period
     time = period * np.arange(samples + 1, dtype=float)
+    if isinstance(trajectory, Turn):
+        turned = trajectory.joints(time)
+        return Reference(time, tip_position(parameters, turned), turned)
     tip = trajectory.at(time)
     try:
         return Reference(time, tip, joint_angles(parameters, tip))
@@ -191,6 +238,14 @@ RECONSTRUCTED_TRAJECTORIES = {  # sizes from the fit; placed where medians come 
     ),
     "circle": replace(CIRCLE, half_width=0.061, **_FITTED),  # type: ignore[arg-type]
 }
+
+
+TURN = Turn()  # of joint 2 by a right angle, for an arm whose joint 1 stands still
+
+
+def path_named(name: str, reconstructed: bool = False) -> Trajectory | Turn:
+    """Return the named trajectory, or the turn; errors as `trajectory`."""
+    return TURN if name == TURN.name else trajectory(name, reconstructed)
 
 
 def trajectory(name: str, reconstructed: bool = False) -> Trajectory:

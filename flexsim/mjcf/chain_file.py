@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -45,6 +46,13 @@ class ChainModel(ArmFile):
 
     root: float
     lengths: Array
+
+    second: ClassVar[int] = 1  # joint 2 comes next to joint 1: link 1 is rigid
+
+    @property
+    def link1(self) -> Array:
+        """Lengths (1,) of the pieces of link 1 [m]."""
+        return np.array([self.L_R])
 
     @property
     def reach(self) -> float:

@@ -126,9 +126,9 @@ def chain_mjcf(
         _header(design, timestep),
         looks(parameters),
         defaults(strip=STRIP),
-        worldbody(parameters, _beam(parameters, design, bridges)),
+        worldbody(parameters, beam_bodies(parameters, design, bridges)),
         actuators(parameters),
-        sensors(_hinge_sensors(design)),
+        sensors(hinge_sensors(design)),
         keyframes(parameters, straight, num(*HOME, *bent)),
         beam_numbers(parameters),
     )
@@ -170,7 +170,9 @@ def _header(design: ChainDesign, timestep: float) -> str:
   </option>"""
 
 
-def _beam(p: Parameters, design: ChainDesign, bridges: tuple[float, float] | None = None) -> str:
+def beam_bodies(
+    p: Parameters, design: ChainDesign, bridges: tuple[float, float] | None = None
+) -> str:
     """Return the nested bodies of the beam."""
     rho = num(p.rho)
     root, *segments = beam_pieces(p, design)
@@ -231,7 +233,8 @@ def _piece(pad: str, piece: Piece) -> list[str]:
     ]
 
 
-def _hinge_sensors(design: ChainDesign) -> str:
+def hinge_sensors(design: ChainDesign) -> str:
+    """Return the lines of the hinges' sensors."""
     return "".join(
         f'\n    <jointpos name="hinge{j}" joint="hinge{j}"/>' for j in range(1, design.segments + 1)
     )

@@ -6,10 +6,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from flexsim.mjcf.arm_file import given_text
+from flexsim.mjcf.arm_file import Given, given_text
+from flexsim.mjcf.arms.two_chains import TwoChains, bends_twice, two_chains_of
 from flexsim.mjcf.chain_file import ChainModel, chain_of
+from flexsim.mjcf.edits import with_locked
+from flexsim.mjcf.reading.held_joint import has_no_joint1, with_joint1
 from flexsim.mjcf.reading.names import Names
 from flexsim.mjcf.reading.text import is_rod
 from flexsim.mjcf.rod_file import RodModel, rod_of
@@ -17,14 +21,21 @@ from flexsim.mjcf.rod_file import RodModel, rod_of
 
 def load_arm(
     path: str | Path | None = None, text: str | None = None, names: Names | None = None
-) -> ChainModel | RodModel:
+) -> ChainModel | RodModel | TwoChains:
     """Return the arm of an MJCF file, or of its text: a rod's where it has a flex, else a chain's.
 
-    Args: as `flexsim.mjcf.arm_file.given_text`.
+    A file whose hub is on a body without a joint is an arm of one link, its joint 1 locked; one
+    with hinges between joint 1 and joint 2 is an arm of two chains.
 
     Raises:
-        ModelError: the file cannot be read, is too large, does not compile, is not the two-link
-            arm, or its step is beyond what its integrator can take.
+        ModelError: as `flexsim.mjcf.chain_file.load_chain`.
     """
     given = given_text(path, text, names)
-    return rod_of(given) if is_rod(given.text) else chain_of(given)
+    if is_rod(given.text):
+        return rod_of(given)
+    if bends_twice(given.text):
+        return two_chains_of(given)
+    if not has_no_joint1(given.text):
+        return chain_of(given)
+    free = chain_of(Given(given.source, with_joint1(given.text)))
+    return replace(with_locked(free, ["joint1"]), text=given.text)

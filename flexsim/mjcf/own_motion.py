@@ -44,14 +44,15 @@ def own_motion(
     """
     model, data = arm.model, mujoco.MjData(arm.model)
     data.qpos[:] = 0.0
-    data.qpos[:2], data.ctrl[:] = theta, torque
+    second = model.joint("joint2").id  # behind the hinges of link 1, if that bends
+    data.qpos[0], data.qpos[second], data.ctrl[:] = *theta, torque
     rows = np.empty((steps + 1, 5))
-    hub, tip = int(model.jnt_bodyid[1]), model.site("tip").id
+    hub, tip = int(model.jnt_bodyid[second]), model.site("tip").id
     with quiet_warnings():
         for row in rows:
             mujoco.mj_kinematics(model, data)
             place = data.site_xpos[tip]
-            row[:2], row[2:4] = data.qpos[:2], place[:2]
-            row[4] = data.xmat[hub].reshape(3, 3)[:, 1] @ (place - data.xanchor[1])
+            row[:2], row[2:4] = data.qpos[[0, second]], place[:2]
+            row[4] = data.xmat[hub].reshape(3, 3)[:, 1] @ (place - data.xanchor[second])
             mujoco.mj_step(model, data)
     return rows

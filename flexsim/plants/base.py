@@ -35,6 +35,7 @@ class Observation:
     modal: Array
     energy: Array
     beam: Array
+    link1: Array | None = None
 
 
 class Plant(Protocol):

@@ -21,6 +21,7 @@ from flexsim.arm.chain_design import SEGMENTS, TUNED
 from flexsim.arm.kinematics import in_world
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
+from flexsim.mjcf.arms.one_link import designed_one_link, stands_still
 from flexsim.mjcf.chain_file import (
     ChainModel,
     mass_matrix,
@@ -75,7 +76,8 @@ class ChainPlant:
         Raises:
             ParameterError, ModelError: segments or step out of range.
         """
-        return cls(parameters, designed_chain(parameters, segments, step, kind), name)
+        make = designed_one_link if stands_still(parameters) else designed_chain
+        return cls(parameters, make(parameters, segments, step, kind), name)
 
     @property
     def step(self) -> float:
@@ -107,7 +109,9 @@ class ChainPlant:
         """Give addresses for compiled code, alive and quiet as long as the block runs."""
         c, its = self.chain, self.workspaces
         with its.lent(threads) as data:
-            yield Chain(its.model._address, data, c.L_R, c.root, c.lengths, c.step)
+            yield Chain(
+                its.model._address, data, c.L_R, c.root, c.lengths, c.step, c.second, c.link1
+            )
 
     def rest_state(self, theta: ArrayLike) -> Array:
         """Return the state (2 nq,) at rest at joint angles (2,) [rad], beam straight."""

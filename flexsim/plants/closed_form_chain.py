@@ -24,10 +24,12 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
+from flexsim.mjcf.arms.two_chains import TwoChains
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
+from flexsim.plants.mujoco_steps import place
 
 INTEGRATORS = ("RK4", "Euler")  # that are written out here
 ROWS = 12  # of work space
@@ -38,8 +40,8 @@ class ClosedChain(NamedTuple):
 
     J (m,) [kg m2]; d_x, d_y (m,) [m] and h_x, h_y (m,) [kg m] in the straight pose, y across it;
     armature (m,) [kg m2]; stiffness, rest (m,) [N m/rad], [rad]; damping (m,) [N m s/rad]; gears;
-    L_R, root, lengths as in `mujoco_steps.Chain`; step [s]; rk4: whether RK4 takes it, else Euler
-    with the dampers at the end of the step.
+    L_R, root, lengths, second, link1 as in `mujoco_steps.Chain`; step [s]; rk4: whether RK4 takes
+    it, else Euler with the dampers at the end of the step.
     """
 
     J: Array
@@ -58,9 +60,11 @@ class ClosedChain(NamedTuple):
     lengths: Array
     step: float
     rk4: int
+    second: int
+    link1: Array
 
 
-def closed_form(chain: ChainModel) -> ClosedChain:
+def closed_form(chain: ChainModel | TwoChains) -> ClosedChain:
     """Return a chain's coefficients, read from the file as MuJoCo compiled it.
 
     Raises:
@@ -94,6 +98,8 @@ def closed_form(chain: ChainModel) -> ClosedChain:
         lengths=chain.lengths.copy(),
         step=chain.step,
         rk4=int(name == "RK4"),
+        second=chain.second,
+        link1=chain.link1.copy(),
     )
 
 
@@ -144,7 +150,7 @@ def _accelerations(
         if i == 0:
             tau += p.gear_1 * tau_1
         else:
-            if i == 1:
+            if i == p.second:
                 tau += p.gear_2 * tau_2
             a[i - 1] -= tau
         a[i] = tau + g_x[i] * sum_y - g_y[i] * sum_x
@@ -231,15 +237,15 @@ def closed_chain_step(
     """Advance the state by one step, torques held.
 
     Args:
-        state: (2 m,) joint angles, then rates, as MuJoCo's; overwritten.
+        state: (2 m,) angles, then rates: joint 1, joint 2, then the hinges; overwritten.
         work: (ROWS, m) work space.
     """
     m = state.shape[0] // 2
     x = work[10:12]
     total, rate = 0.0, 0.0
     for i in range(m):
-        total += state[i]
-        rate += state[m + i]
+        total += state[place(i, p.second)]
+        rate += state[m + place(i, p.second)]
         x[0, i], x[1, i] = total, rate
     if p.rk4 == 1:
         _rk4(p, x, tau_1, tau_2, work)
@@ -247,5 +253,6 @@ def closed_chain_step(
         _euler(p, x, tau_1, tau_2, work)
     total, rate = 0.0, 0.0
     for i in range(m):
-        state[i], state[m + i] = x[0, i] - total, x[1, i] - rate
+        its = place(i, p.second)
+        state[its], state[m + its] = x[0, i] - total, x[1, i] - rate
         total, rate = x[0, i], x[1, i]

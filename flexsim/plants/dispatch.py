@@ -1,4 +1,4 @@
-"""The plants behind one pair of compiled functions, `physics_step` and `tip_in_hub`.
+"""The plants behind three compiled functions, `physics_step`, `tip_in_hub` and `elbow`.
 
 A plant's state is one array: generalised positions, then velocities, of which the first two are
 theta1 and theta2. Compiled code chooses the plant by the type of its coefficients, so one closed
@@ -19,10 +19,24 @@ from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
 from flexsim.plants.closed_form_chain import ROWS, ClosedChain, closed_chain_step
 from flexsim.plants.exudyn_beam.calls import exudyn_step, exudyn_tip
 from flexsim.plants.exudyn_beam.frames import ExudynBeam
-from flexsim.plants.mujoco_steps import Chain, Rod, chain_step, chain_tip, rod_step, rod_tip
+from flexsim.plants.mujoco_steps import (
+    Chain,
+    Rod,
+    chain_elbow,
+    chain_step,
+    chain_tip,
+    rod_step,
+    rod_tip,
+)
 from flexsim.plants.printed import PrintedModes, printed_acceleration
+from flexsim.plants.two_flexible.equations import (
+    TwoBeams,
+    two_beams_acceleration,
+    two_beams_elbow,
+    two_beams_tip,
+)
 
-Coefficients = AssumedModes | PrintedModes | Chain | ClosedChain | Rod | ExudynBeam
+Coefficients = AssumedModes | PrintedModes | TwoBeams | Chain | ClosedChain | Rod | ExudynBeam
 
 
 @jit
@@ -69,6 +83,26 @@ def closed_chain_tip(p: ClosedChain, state: Array):  # type: ignore[no-untyped-d
 
 
 @jit
+def closed_chain_elbow(p: ClosedChain, L_R: float, state: Array):  # type: ignore[no-untyped-def]
+    """Return `chain_elbow` of the closed form's state."""
+    return chain_elbow(p, L_R, state)
+
+
+@jit
+def two_beams_step(
+    p: TwoBeams, slot: int, state: Array, tau_1: float, tau_2: float, work: Array
+) -> None:
+    """Advance the assumed modes of two flexible links by one Runge-Kutta step."""
+    rk4_step(two_beams_acceleration, p, p.step, state, tau_1, tau_2, work)
+
+
+@jit
+def rigid_elbow(p, L_R: float, state: Array):  # type: ignore[no-untyped-def]
+    """Return where joint 2 is on a link 1 that does not bend."""
+    return L_R, 0.0, 0.0
+
+
+@jit
 def work_space(m: int) -> Array:
     """Return room for a step of any plant of m coordinates."""
     return np.zeros((ROWS, m))
@@ -77,6 +111,7 @@ def work_space(m: int) -> Array:
 _STEPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_step,
     PrintedModes: printed_step,
+    TwoBeams: two_beams_step,
     Chain: chain_step,
     ClosedChain: closed_chain_step,
     Rod: rod_step,
@@ -85,10 +120,16 @@ _STEPS: dict[type, Callable[..., Any]] = {
 _TIPS: dict[type, Callable[..., Any]] = {
     AssumedModes: modes_tip,
     PrintedModes: printed_tip,
+    TwoBeams: two_beams_tip,
     Chain: chain_tip,
     ClosedChain: closed_chain_tip,
     Rod: rod_tip,
     ExudynBeam: exudyn_tip,
+}
+_ELBOWS: dict[type, Callable[..., Any]] = {  # of plants whose link 1 may bend
+    TwoBeams: two_beams_elbow,
+    Chain: chain_elbow,
+    ClosedChain: closed_chain_elbow,
 }
 
 
@@ -109,6 +150,14 @@ def tip_in_hub(plant: Coefficients, state: Array) -> tuple[float, float]:
     return _TIPS[type(plant)](plant, state)
 
 
+def elbow(plant: Coefficients, L_R: float, state: Array) -> tuple[float, float, float]:
+    """Return joint 2 along and across link 1 at joint 1 [m], and how far its end has turned [rad].
+
+    L_R: length of link 1, as long as it is straight [m].
+    """
+    return _ELBOWS.get(type(plant), rigid_elbow)(plant, L_R, state)
+
+
 @overload(physics_step, jit_options={"forceinline": True})
 def _physics_step(plant, slot, state, tau_1, tau_2, work):  # type: ignore[no-untyped-def]
     step = _STEPS[plant.instance_class]
@@ -121,3 +170,9 @@ def _physics_step(plant, slot, state, tau_1, tau_2, work):  # type: ignore[no-un
 def _tip_in_hub(plant, state):  # type: ignore[no-untyped-def]
     tip = _TIPS[plant.instance_class]
     return lambda plant, state: tip(plant, state)
+
+
+@overload(elbow, jit_options={"forceinline": True})
+def _elbow(plant, L_R, state):  # type: ignore[no-untyped-def]
+    where = _ELBOWS.get(plant.instance_class, rigid_elbow)
+    return lambda plant, L_R, state: where(plant, L_R, state)

@@ -33,7 +33,9 @@ class Chain(NamedTuple):
     """A chain as compiled functions read it.
 
     `model` and `data` are addresses, one mjData per thread; L_R, root (from joint 2 to the first
-    hinge) and lengths (of the N segments, the last to the tip) in metres.
+    hinge) and lengths (of the N segments, the last to the tip) in metres. Of a link 1 that bends,
+    too: second, the place of joint 2 in the file's order, 1 behind a rigid link; link1 (second,),
+    the lengths of its pieces [m].
     """
 
     model: int
@@ -42,6 +44,8 @@ class Chain(NamedTuple):
     root: float
     lengths: Array
     step: float
+    second: int
+    link1: Array
 
 
 class Workspaces:
@@ -89,10 +93,27 @@ def chain_step(p: Chain, slot: int, state: Array, tau_1: float, tau_2: float, wo
 
     Args:
         slot: which thread's mjData serves as workspace.
-        state: (2 (N+2),) qpos, then qvel; overwritten.
+        state: (2 m,) angles, then rates: joint 1, joint 2, then the hinges; overwritten.
         work: zero when a run begins.
     """
-    _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
+    if p.second == 1:  # as in the file
+        _advance(p.model, p.data[slot], state, tau_1, tau_2, work)
+        return
+    m = state.shape[0] // 2
+    own = work[6:8].reshape(2 * m)
+    for i in range(m):
+        own[i], own[m + i] = state[place(i, p.second)], state[m + place(i, p.second)]
+    _advance(p.model, p.data[slot], own, tau_1, tau_2, work)
+    for i in range(m):
+        state[place(i, p.second)], state[m + place(i, p.second)] = own[i], own[m + i]
+
+
+@jit
+def place(i: int, second: int) -> int:
+    """Return where in a state the i-th joint of a serial chain is: joint 2 comes second."""
+    if i == second:
+        return 1
+    return i + 1 if 0 < i < second else i
 
 
 @jit
@@ -100,10 +121,26 @@ def chain_tip(p: Chain, state: Array):  # type: ignore[no-untyped-def]
     """Return the tip along and across the hub's x-axis, from joint 2 [m]."""
     along, across, angle = p.root, 0.0, 0.0
     for j in range(p.lengths.shape[0]):
-        angle += state[2 + j]
+        angle += state[1 + p.second + j]
         along += p.lengths[j] * np.cos(angle)
         across += p.lengths[j] * np.sin(angle)
     return along, across
+
+
+@jit
+def chain_elbow(p: Chain, L_R: float, state: Array):  # type: ignore[no-untyped-def]
+    """Return joint 2 along and across link 1 [m], and by how much link 1's end has turned [rad].
+
+    L_R: of a rigid link 1.
+    """
+    if p.second == 1:
+        return L_R, 0.0, 0.0
+    along, across, angle = p.link1[0], 0.0, 0.0
+    for j in range(1, p.second):
+        angle += state[1 + j]
+        along += p.link1[j] * np.cos(angle)
+        across += p.link1[j] * np.sin(angle)
+    return along, across, angle
 
 
 class Rod(NamedTuple):

@@ -17,6 +17,8 @@ from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
 
+from flexsim.arm.arms import Arm as NamedArm
+from flexsim.arm.arms import FirstLink, named_arm
 from flexsim.arm.beam import MODES, beta_lengths
 from flexsim.arm.chain_design import SEGMENTS, TUNED
 from flexsim.arm.parameters import Parameters
@@ -24,6 +26,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.followed import require_followed
 from flexsim.loop.settings import Setting
 from flexsim.mjcf.arm_file import ArmFile
+from flexsim.mjcf.arms.two_chains import TwoChains, straight_parameters
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import Arm, changed, with_motors
@@ -41,6 +44,7 @@ from flexsim.robot.exudyn_arm import exudyn_plant
 from flexsim.robot.held_friction import shortened, steepest, too_long
 from flexsim.robot.papers_beam import with_papers_beam
 from flexsim.robot.plant_names import plant_kind
+from flexsim.robot.two_flexible_arm import changed_arm, two_flexible_plant
 
 BEAMS = ("file", "analytic")
 ZETA_MOST = 0.5  # of what a command is given: more is a percentage, not a fraction
@@ -59,6 +63,8 @@ class Robot:
         modal_damping: (n,) ratios of the assumed modes, one by one, instead of the parameters'
             `zeta`, which is then the first of them and what chains and rods have: in those the
             ratios grow with the frequency, whatever mode 2 is asked to have.
+        link1: the beam that link 1 is, where it bends; two_chains: the checked MJCF file of such an
+            arm that is the robot instead. Its plants are those of `flexsim.robot.two_flexible_arm`.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
@@ -66,6 +72,8 @@ class Robot:
     beam: str = "file"
     rod: RodModel | None = None
     modal_damping: tuple[float, ...] = ()
+    link1: FirstLink | None = None
+    two_chains: TwoChains | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.modal_damping, tuple | list):
@@ -87,6 +95,28 @@ class Robot:
     def given(self) -> ChainModel | RodModel | None:
         """The file that the robot is, of either kind."""
         return self.file or self.rod
+
+    @property
+    def both_bend(self) -> bool:
+        """Whether link 1 bends, too."""
+        return self.link1 is not None or self.two_chains is not None
+
+    def _require_rigid_link1(self) -> None:
+        if self.both_bend:
+            raise ParameterError(
+                "link 1 of this arm bends, too, which is not asked of here: flexsim drive, follow, "
+                "modes and tune take it; leave out --arm two-flexible, or the --mjcf of one"
+            )
+
+    @classmethod
+    def named(cls, name: str) -> Robot:
+        """Return the robot of a name: paper, one-link or two-flexible.
+
+        Raises:
+            ParameterError: there is none of that name.
+        """
+        arm = named_arm(name)
+        return cls(arm.parameters, link1=arm.link1)
 
     @classmethod
     def of(
@@ -120,6 +150,13 @@ class Robot:
         if parameters not in (None, Parameters()):
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
         arm = load_arm(mjcf, text, names)
+        if isinstance(arm, TwoChains):
+            if beam != "file" or modal_damping:
+                option = "--modal-damping" if modal_damping else f"--beam {beam}"
+                raise ParameterError(
+                    f"{option} has no effect on {arm.source}, whose links both bend; leave it out"
+                )
+            return cls(straight_parameters(arm), two_chains=arm)
         if isinstance(arm, RodModel):
             return cls(parameters_of_rod(arm), None, beam, arm, modal_damping)
         return cls(parameters_of(arm), arm, beam, None, modal_damping)
@@ -150,6 +187,11 @@ class Robot:
 
         The damping ratio of mode 1 stays. A rod's file becomes a chain of its beam.
         """
+        if self.link1 is not None:
+            own = NamedArm(self.parameters, self.link1)
+            found = changed_arm(own, stiffness, density, payload)
+            return replace(self, parameters=found.parameters, link1=found.link1)
+        self._require_rigid_link1()
         if self.given is None:
             p = self.parameters
             return replace(
@@ -179,6 +221,7 @@ class Robot:
             ParameterError, ModelError: modes or step out of range, or a file with something that
                 the equations do not have.
         """
+        self._require_rigid_link1()
         chain, own = _with_motors(self.file, setting), self._parameters(setting)
         if chain is not None:
             own = parameters_of(chain)
@@ -216,6 +259,7 @@ class Robot:
         Raises:
             ParameterError: segments or a step beside a file, which has its own; or out of range.
         """
+        self._require_rigid_link1()
         chain = _with_motors(self.file, setting)
         if self.rod is not None:
             require_uniform(self.rod)
@@ -264,6 +308,10 @@ class Robot:
         Raises:
             ParameterError: there is no such plant, or the file's robot has none such.
         """
+        if self.both_bend:
+            own_arm = NamedArm(self._parameters(setting), self.link1)
+            sizes, steps = (modes, segments), (step, chain_step)
+            return two_flexible_plant(name, own_arm, self.two_chains, setting, sizes, steps)
         kind, size = plant_kind(name)
         if kind == "rigid":
             return self.modes_plant(setting, 0, step, name=name)

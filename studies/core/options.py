@@ -20,11 +20,13 @@ from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.differences import Difference, differences
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot import Robot
+from flexsim.robot.named import robot_named
 from studies import headings
 from studies.core.console import console
 from studies.core.table import Column, Table, write_prints
 from studies.core.text import spelled
 
+ArmName = Literal["paper", "one-link", "two-flexible"]
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
 ROWS_SHOWN = 16
@@ -76,6 +78,9 @@ class RobotOptions(OwnRobotOptions):
 
     PANEL: ClassVar = headings.ROBOT
 
+    arm: ArmName = "paper"
+    """Which robot, unless --mjcf gives a file: the paper's, one flexible link on a stand, or two
+    flexible links (De Luca and Siciliano, 1991)."""
     mjcf: Path | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] = "file"
@@ -86,13 +91,13 @@ class RobotOptions(OwnRobotOptions):
     def for_tuning(self) -> dict[str, Any]:
         """The same options of a `studies.tuning.tuning.Tuning`."""
         mjcf = None if self.mjcf is None else str(self.mjcf)
-        own = {"robot": self.robot, "modal_damping": self.modal_damping}
+        own = {"robot": self.robot, "modal_damping": self.modal_damping, "arm": self.arm}
         return {"mjcf": mjcf, "beam": self.beam} | own | vars(self.names)
 
     @property
     def has_exact_loop(self) -> bool:
         """Whether the robot's beam is a uniform one, of which there is an exact linear loop."""
-        return self.mjcf is None and not self.modal_damping
+        return self.mjcf is None and not self.modal_damping and self.arm != "two-flexible"
 
     def robot_of(self) -> Robot:
         """Return the robot.
@@ -101,6 +106,8 @@ class RobotOptions(OwnRobotOptions):
             ParameterError, ModelError: as `Robot.of`.
         """
         own = None if self.robot == type(self)._usual_robot() else self.robot
+        if self.arm != "paper":
+            return robot_named(self.arm, self.mjcf, own, self.beam, self.modal_damping, self.names)
         if self.mjcf is None:
             own = self.robot
         return Robot.of(

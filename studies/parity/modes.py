@@ -14,8 +14,15 @@ from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.carry_out import Question
 from studies.core.options import RobotOptions
+from studies.core.table import Table
 from studies.parity.report import tables, verdict
 from studies.parity.side_by_side import ModesResult, compared
+from studies.parity.two_flexible import (
+    TwoFlexibleModes,
+    two_flexible_tables,
+    two_flexible_verdict,
+    vibrating,
+)
 
 
 @dataclass(frozen=True)
@@ -38,9 +45,23 @@ class ModesConfig(RobotOptions):
         return super(ModesConfig, replace(self, mjcf=self.mjcf or self.file)).robot_of()
 
 
-def run(config: ModesConfig) -> ModesResult:
-    """Return frequencies, couplings and shapes of the robot's own beam and of both plants."""
-    return compared(config.robot_of())
+def run(config: ModesConfig) -> ModesResult | TwoFlexibleModes:
+    """Return frequencies, couplings and shapes of the robot's own beam and of both plants.
+
+    Of an arm whose links both bend, the frequencies.
+    """
+    robot = config.robot_of()
+    return vibrating(robot) if robot.both_bend else compared(robot)
 
 
-command = Question(run, tables, verdict, vars)
+def _tables(result: ModesResult | TwoFlexibleModes) -> list[Table]:
+    return two_flexible_tables(result) if isinstance(result, TwoFlexibleModes) else tables(result)
+
+
+def _verdict(result: ModesResult | TwoFlexibleModes) -> str:
+    if isinstance(result, TwoFlexibleModes):
+        return two_flexible_verdict(result)
+    return verdict(result)
+
+
+command = Question(run, _tables, _verdict, vars)

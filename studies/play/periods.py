@@ -249,7 +249,7 @@ def run_periods(  # type: ignore[no-untyped-def]
         along, v = tip_in_hub(plant, state)
         if has_left(loop, state, r, v):
             return i, i
-        rows.tip[i, 0], rows.tip[i, 1] = tip_of(loop, state, along, v)
+        rows.tip[i, 0], rows.tip[i, 1] = tip_of(plant, loop, state, along, v)
         th1, th2 = encoder_angles(effects, joints, state[0], state[1])
         th1, th2, v_seen = measured(h, RUN, k, th1, th2, v)
         if bridges.there:

@@ -23,7 +23,7 @@ from studies.headings import (
 )
 
 OWN = {
-    ROBOT: "mjcf beam",
+    ROBOT: "arm mjcf beam",
     HARDWARE: "hardware",
     SIZES: """modes segments step chain_step period timestep perturbations terms map_points
         zero_draws filter_time seconds""",

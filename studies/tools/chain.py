@@ -10,19 +10,24 @@ from pathlib import Path
 
 import numpy as np
 
+from flexsim.arm.arms import named_arm
 from flexsim.arm.beam import MODES, modal_integrals
 from flexsim.arm.chain_design import SEGMENTS, ChainDesign, design_chain, front, plain_chain
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.mjcf.arms.one_link import one_link_mjcf
 from flexsim.mjcf.chain_file import highest_frequency, longest_step
 from flexsim.mjcf.chain_xml import chain_mjcf, write_chain
 from flexsim.mjcf.designed import compiled
 from flexsim.numerics.step_limits import LONGEST_STEP
 from flexsim.numerics.types import Array
+from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.folder import to_json
+from studies.core.options import ArmName
 from studies.core.table import Column, Table
 from studies.core.text import spelled
+from studies.parity.two_flexible import two_flexible_tables, vibrating
 
 SHOWN_STEP = 0.99  # of the limit of stability: the longest step we recommend
 
@@ -44,6 +49,8 @@ class ChainConfig:
     sites unless given."""
     robot: Parameters = field(default_factory=Parameters)
     """The robot whose beam the chain stands for."""
+    arm: ArmName = "paper"
+    """Which robot instead: one flexible link on a stand, or two flexible links, each a chain."""
     front: bool = False
     """Show what couplings, loaded frequencies and the step cost each other, and write nothing."""
     force: bool = False
@@ -74,11 +81,15 @@ def run(config: ChainConfig) -> ChainResult:
     Raises:
         ParameterError: segments out of range, or a timestep that RK4 cannot take.
     """
-    parameters = config.robot
+    parameters, write = config.robot, chain_mjcf
+    if config.arm != "paper":
+        if parameters != Parameters():
+            raise ParameterError(f"--arm {config.arm} and --robot contradict each other; give one")
+        parameters, write = replace(named_arm(config.arm).parameters, I_m1=0.0), one_link_mjcf
     make = plain_chain if config.plain else design_chain
     design = make(parameters, config.segments)
-    text = chain_mjcf(parameters, design, config.timestep, config.bridges)
-    model = compiled(text)
+    text = write(parameters, design, config.timestep, config.bridges)
+    model = compiled(chain_mjcf(parameters, design, config.timestep))
     omega, longest = highest_frequency(model), longest_step(model) or math.inf
     if config.timestep >= longest:
         raise ParameterError(
@@ -86,7 +97,9 @@ def run(config: ChainConfig) -> ChainResult:
             f"frequency of {omega:.0f} rad/s, needs {SHOWN_STEP * longest:.3g} s or less"
         )
     beam = modal_integrals(replace(parameters, payload=0.0, payload_inertia=0.0), MODES)
-    return ChainResult(config, design, text, beam.frequency, omega, longest)
+    return ChainResult(
+        replace(config, robot=parameters), design, text, beam.frequency, omega, longest
+    )
 
 
 def command(config: ChainConfig) -> None:
@@ -102,6 +115,9 @@ def command(config: ChainConfig) -> None:
         return
     if config.out is None:
         raise ParameterError("--out is missing; name the MJCF file to write, as --out chain6.xml")
+    if config.arm == "two-flexible":
+        write_two_flexible(config)
+        return
     result = run(config)
     path = write_chain(config.out, result.text, config.force)
     if config.json:
@@ -112,6 +128,27 @@ def command(config: ChainConfig) -> None:
     title = f"{spelled(path)}: {kind} chain of {config.segments} segments"
     out.print(title, soft_wrap=True)  # a long path stays whole
     out.print(table(result).render())
+
+
+def write_two_flexible(config: ChainConfig) -> None:
+    """Write the MJCF of two chains in series, and say how they vibrate.
+
+    Raises:
+        ParameterError: an option that has no effect; segments or timestep out of range.
+    """
+    if config.plain or config.robot != Parameters():
+        option = "--plain" if config.plain else "--robot"
+        raise ParameterError(f"{option} has no effect with --arm two-flexible; leave it out")
+    robot = Robot.named("two-flexible")
+    plant = robot.plant("chain", segments=config.segments, chain_step=config.timestep)
+    path = write_chain(Path(config.out or ""), str(plant.mjcf), config.force)
+    found = vibrating(robot, plant)
+    if config.json:
+        print(to_json({"file": str(path), "segments": config.segments} | vars(found)))
+        return
+    out = console()
+    out.print(f"{spelled(path)}: tuned chains of {config.segments} segments each", soft_wrap=True)
+    out.print(two_flexible_tables(found)[0].render())
 
 
 def as_dict(result: ChainResult) -> dict[str, object]:

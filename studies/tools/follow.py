@@ -21,7 +21,7 @@ from flexsim.loop.metrics import measures
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import closed_loop
 from flexsim.loop.settings import DEFAULT_SETTING, setting
-from flexsim.loop.trajectories import Reference, Trajectory, reference, trajectory
+from flexsim.loop.trajectories import Reference, Trajectory, Turn, path_named, reference
 from studies.core.folder import to_json
 from studies.core.options import HardwareOptions, RobotOptions, show_differences
 from studies.core.study_options import SeedOptions
@@ -49,7 +49,8 @@ class FollowConfig(HardwareOptions, SeedOptions, RobotOptions):
 
     controller: str
     """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
-    ideal-circle; of Table 2 figure-3, figure-4, figure-5; or the folder of a run of flexsim tune.
+    ideal-circle; of Table 2 figure-3, figure-4, figure-5; with --arm one-link that of this name;
+    or the folder of a run of flexsim tune.
     A name comes before a folder; ./line is the folder."""
     out: Path
     """CSV file to write, a row per control period: t,x,y,theta1,theta2,v,tau1,tau2 and x_ref,
@@ -58,7 +59,8 @@ class FollowConfig(HardwareOptions, SeedOptions, RobotOptions):
     """rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N], untuned[:N],
     rule-of-thumb[:N], rod or exudyn[:N]."""
     trajectory: str | None = None
-    """line, two-loop or circle; the controller's own unless given."""
+    """line, two-loop or circle, or turn, of joint 2 by a right angle; the controller's own unless
+    given."""
     setting: str = DEFAULT_SETTING
     """Friction, limits and motors: none, simulink, jump, opposing or reconstructed, which has its
     own trajectories."""
@@ -73,7 +75,7 @@ class Followed:
     """What came of a loop: its motion, up to where it diverged if it did, and figures of merit."""
 
     controller: AnyController
-    path: Trajectory
+    path: Trajectory | Turn
     reference: Reference
     motion: Motion
     figures: dict[str, Any]
@@ -91,7 +93,7 @@ def run(config: FollowConfig) -> Followed:
     chosen = setting(config.setting, config.built)
     plant = config.robot_of().plant(config.plant, chosen)
     shape = config.trajectory or devised_for(controller)
-    path = trajectory(shape, reconstructed=config.setting == "reconstructed")
+    path = path_named(shape, reconstructed=config.setting == "reconstructed")
     ref = reference(path, plant.parameters, period_of(controller))
     filters = controller.filters(period_of(controller))
     v_gain = v_gain_of(controller)

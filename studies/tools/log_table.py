@@ -263,3 +263,16 @@ class _Rows:
         if not math.isfinite(time):
             self._refuse(TIME, str(stamp))
         return time
+
+
+def names_in(path: Path, wanted: set[str], what: str = "log") -> list[str]:
+    """Return the names of a CSV file's columns; wanted: names that tell its delimiter.
+
+    Raises:
+        RunError: the file cannot be read, or is no CSV file.
+    """
+    text = read_text(path, LOG_MOST, what)
+    try:
+        return _header(text, wanted)[0]
+    except csv.Error as error:
+        raise RunError(f"{path}: cannot read the {what}: not a CSV file: {error}") from None

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from controllers import TABLE_2, TUNED, TUNED_IDEAL, Controller
+from controllers import TABLE_2, TUNED, TUNED_ARMS, TUNED_IDEAL, Controller
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.reading import read_text
 from flexsim.loop.settings import V_GAIN
@@ -46,11 +46,14 @@ from studies.tuning.tuning import Tuning
 GAINS = tuple(NAMES.index(name) for name in NAMES if name.startswith("k"))  # k1 ... k6
 MEANING = ("trajectory", "controller", "realisation", "setting", "terms", "period", "filter_time")
 SAME = 1e-9  # relative: two periods that are one
-OWN = {each.name: each for table in (TUNED, TUNED_IDEAL, TABLE_2) for each in table.values()}
+TABLES = (TUNED, TUNED_IDEAL, TABLE_2, TUNED_ARMS)
+OWN = {each.name: each for table in TABLES for each in table.values()}
+ARM_PATHS = {"one-link": "turn"}  # of controllers for other arms
 DEVISED = {  # trajectory, by name
     **{name: name for name in TUNED},
     **{each.name: shape for shape, each in TUNED_IDEAL.items()},
     **{figure: shape for shape, figure in FIGURE_OF.items()},
+    **ARM_PATHS,
 }
 
 

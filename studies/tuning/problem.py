@@ -25,7 +25,7 @@ from flexsim.loop.measuring import VARIATION, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.runs import evaluate, loop_of, measure
 from flexsim.loop.settings import V_GAIN, Setting
-from flexsim.loop.trajectories import Reference, reference, trajectory
+from flexsim.loop.trajectories import Reference, path_named, reference
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import in_closed_form
@@ -194,7 +194,7 @@ def problem_of(tuning: Tuning, threads: int | None = None, robot: Robot | None =
             a plant's physics step.
     """
     robot = robot_of(tuning) if robot is None else robot
-    path = trajectory(tuning.trajectory)
+    path = path_named(tuning.trajectory)
     ref = reference(path, robot.parameters, tuning.period)
     scenarios = scenarios_of(tuning, robot)
     for plant, _ in scenarios:

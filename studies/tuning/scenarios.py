@@ -21,6 +21,7 @@ from flexsim.loop.settings import Setting, setting
 from flexsim.mjcf.reading.names import Names
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
+from flexsim.robot.named import robot_named
 from studies.tuning.tuning import Tuning
 
 PERTURBATION_STREAM = (0, 1)  # of the seed; generations use (0,), (1,), ...
@@ -97,8 +98,10 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
     """
     if not tuning.exact:
         return ()
-    if robot.given is not None or robot.modal_damping:
-        what = "--mjcf" if robot.given is not None else "--modal-damping"
+    if robot.given is not None or robot.both_bend or robot.modal_damping:
+        what = "--modal-damping" if robot.modal_damping else "--mjcf"
+        if robot.link1 is not None:
+            what = "--arm two-flexible"
         raise ParameterError(
             f"--exact and {what} contradict each other: the exact linear loop has a uniform beam "
             "with --robot.zeta; leave one out"
@@ -132,4 +135,8 @@ def robot_of(tuning: Tuning) -> Robot:
     """
     names = Names(**{item.name: getattr(tuning, item.name) for item in fields(Names)})
     own = tuning.robot if tuning.mjcf is None or tuning.robot != Parameters() else None
+    if tuning.arm != "paper":
+        unusual = None if tuning.robot == Parameters() else tuning.robot
+        damping = tuning.modal_damping
+        return robot_named(tuning.arm, tuning.mjcf, unusual, tuning.beam, damping, names)
     return Robot.of(tuning.mjcf, tuning.beam, own, names=names, modal_damping=tuning.modal_damping)

@@ -24,6 +24,7 @@ from studies.core.ending import NOTHING_KEPT, saying
 from studies.core.locking import locked
 from studies.core.options import (
     ROBOT_FILE,
+    ArmName,
     HardwareNumberOptions,
     OwnRobotOptions,
     show_differences,
@@ -52,7 +53,7 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Tune both joints' controllers: the genetic algorithm of section 3.2, or a peer."""
 
     trajectory: str | None = None
-    """line, two-loop or circle; line unless given."""
+    """line, two-loop or circle, or turn, of joint 2 by a right angle; line unless given."""
     plant: tuple[str, ...] | None = None
     """both, or some of rigid, assumed-modes[:n], printed[:n], chain[:N], closed-chain[:N],
     untuned[:N], rule-of-thumb[:N], rod[:N], exudyn[:N]; the worst counts; assumed-modes unless
@@ -101,6 +102,9 @@ class TuneConfig(HardwareNumberOptions, OwnRobotOptions):
     """Assumed modes, n; 3 unless given."""
     segments: int | None = None
     """Segments of the chain; 6 unless given."""
+    arm: ArmName | None = None
+    """Which robot, unless --mjcf gives a file: the paper's, one flexible link on a stand, or two
+    flexible links (De Luca and Siciliano, 1991); paper unless given."""
     mjcf: str | None = None
     """MJCF file that is the robot, in every model of it; the paper's robot unless given."""
     beam: Literal["file", "analytic"] | None = None

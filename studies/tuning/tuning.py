@@ -16,7 +16,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.settings import DEFAULT_SETTING, V_GAIN, setting
-from flexsim.loop.trajectories import trajectory
+from flexsim.loop.trajectories import path_named
 from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import plant_kind
 from studies.core.paper import PLANTS
@@ -80,7 +80,8 @@ class Tuning:
             paper; 0 ignores v.
         effort: what the total variation of the commanded torques adds to the index [m2 s/(N m)].
         modes: n. segments: N of the chain, None for 6 or the file's.
-        robot, modal_damping: the robot without a file. mjcf, beam: its file; see `Robot.of`.
+        robot, modal_damping: the robot without a file, or its name, arm; see `Robot.named`. mjcf,
+            beam: its file; see `Robot.of`.
         joint1, joint2, hub, tip, motor1, motor2: its own names, see `flexsim.mjcf.reading.names`.
 
     Raises:
@@ -111,6 +112,7 @@ class Tuning:
     segments: int | None = None
     robot: Parameters = field(default_factory=Parameters)
     modal_damping: tuple[float, ...] = ()
+    arm: str = "paper"
     mjcf: str | None = None
     beam: str = "file"
     joint1: str | None = None
@@ -140,7 +142,7 @@ class Tuning:
             value = getattr(self, name)
             if type(value) is not int and not (name == "segments" and value is None):
                 raise ParameterError(f"{name} is {value!r}; give a whole number")
-        trajectory(self.trajectory)
+        path_named(self.trajectory)
         setting(self.setting)
         for name, given in (("plant", self.plants), ("hardware", self.hardwares)):
             if not given or len(set(given)) != len(given):

@@ -196,7 +196,7 @@ def test_a_controller_is_told_by_its_name_or_its_folder(
     assert controller_of("circle") is TUNED["circle"]
     assert controller_of("ideal-line") is TUNED_IDEAL["line"]
     assert controller_of("figure-4") is TABLE_2["figure-4"]
-    assert {devised_for(each) for each in OWN.values()} == {"line", "two-loop", "circle"}
+    assert {devised_for(each) for each in OWN.values()} == {"line", "two-loop", "circle", "turn"}
     assert devised_for(controller_of("figure-4")) == "two-loop"
     for name in ("mine", "./circle", str(tuned)):
         found = controller_of(name)

@@ -43,7 +43,7 @@ SHOWN = 8  # names at most that a message lists
 def before_compiling(kind: str, spec: mujoco.MjSpec) -> list[str]:
     """Return what is against a specification, before the compiler trips over it or hides it."""
     return [
-        *(_joint_types(spec) if kind == "chain" else ()),
+        *(_joint_types(spec) if kind != "rod" else ()),
         *_negative_masses(spec),
         *_unused_masses(spec),
     ]
@@ -53,7 +53,7 @@ def reasons(kind: str, spec: mujoco.MjSpec, model: mujoco.MjModel) -> list[str]:
     """Return all that is against a compiled file's being the arm with a chain or a rod.
 
     Args:
-        kind: 'chain' or 'rod'. spec, model: before and after compiling.
+        kind: 'chain', 'rod' or 'two-chains'. spec, model: before and after compiling.
     """
     found = [
         *_names(model),
@@ -64,7 +64,7 @@ def reasons(kind: str, spec: mujoco.MjSpec, model: mujoco.MjModel) -> list[str]:
         *_numbers(model),
     ]
     if not found:  # else these would say the same again, or not know what they look at
-        found += [*(one_chain(model) if kind == "chain" else one_rod(spec, model))]
+        found += [*(one_rod(spec, model) if kind == "rod" else one_chain(model))]
     if not found:
         found += [*sites(kind, model), *places(kind, model)]
     return found or [*inertia(model)]
@@ -128,7 +128,13 @@ def _order(kind: str, model: mujoco.MjModel) -> Iterator[str]:
     """Give another order of joints than joint1, joint2, then those of the beam."""
     names = joint_names(model)
     there = {"joint1", "joint2"} <= set(names)
-    if there and (names[:2] != ["joint1", "joint2"] or model.nv < 3):
+    if there and kind == "two-chains":
+        if names[0] != "joint1" or names[-1] == "joint2":
+            yield (
+                "has its joints in another order; an arm whose links both bend needs joint1, "
+                "hinges along link 1, joint2, then one hinge or more along link 2"
+            )
+    elif there and (names[:2] != ["joint1", "joint2"] or model.nv < 3):
         shown = names if len(names) <= SHOWN else [*names[:SHOWN], "..."]
         beam = "one hinge or more along the beam" if kind == "chain" else "two slides for a vertex"
         yield f"its joints are {shown}; the arm needs joint1, joint2, then {beam}"
@@ -183,7 +189,7 @@ def _plain_on(model: mujoco.MjModel, i: int, joint: str) -> bool:
 def _additions(kind: str, model: mujoco.MjModel) -> Iterator[str]:
     """Give what a plain arm does not have."""
     kinds = [("tendon", model.ntendon)]
-    if kind == "chain":
+    if kind != "rod":
         kinds += [("equality", model.neq), ("flex", model.nflex)]
     for what, count in kinds:
         if count:
@@ -191,7 +197,7 @@ def _additions(kind: str, model: mujoco.MjModel) -> Iterator[str]:
             name = mujoco.mj_id2name(model, code, 0)
             article = "an" if what[0] in "aeiou" else "a"
             named = f"the {what} {name!r}" if name else f"{article} {what} without a name"
-            plain = "a plain chain of hinges" if kind == "chain" else "plain, but for its rod"
+            plain = "plain, but for its rod" if kind == "rod" else "a plain chain of hinges"
             yield f"has {named}; the arm is {plain}"
     if model.nplugin:
         yield (

@@ -105,7 +105,7 @@ def _on_vertices(model: mujoco.MjModel, vertices: list[int]) -> Iterator[str]:
 
 def sites(kind: str, model: mujoco.MjModel) -> Iterator[str]:
     """Give sites that do not move with the body they belong to."""
-    for site, joint in (("hub", 1), ("tip", model.njnt - 1)):
+    for site, joint in (("hub", joint_names(model).index("joint2")), ("tip", model.njnt - 1)):
         carrier = model.body_weldid[model.site(site).bodyid[0]]
         if carrier != model.jnt_bodyid[joint]:
             yield (
@@ -129,7 +129,7 @@ def places(kind: str, model: mujoco.MjModel) -> Iterator[str]:
     """Give joints that do not turn about z, and what is not in a row along the x-axis."""
     data = straight(model)
     names = [f"joint {name!r}" for name in joint_names(model)]
-    hinges = model.njnt if kind == "chain" else 2
+    hinges = 2 if kind == "rod" else model.njnt
     for name, axis, turned in zip(names[:hinges], data.xaxis, model.jnt_axis, strict=False):
         if not np.abs(axis - (0, 0, 1)).max() <= PLANE_TOLERANCE:  # so that a nan is caught
             found = " ".join(f"{value:g}" for value in turned)
@@ -170,7 +170,7 @@ def _in_a_row(kind: str, ends: list[str], points: Array) -> Iterator[str]:
             clamp = (points[2, 0] + points[3, 0]) / 2 - points[1, 0]
             if clamp < -PLANE_TOLERANCE:
                 yield f"the rod is clamped {-clamp:g} m before joint 2; it must be there or beyond"
-        elif length < 0 or (length == 0 and i != 1):
+        elif length < 0 or (length == 0 and ends[i] != "joint 'joint2'"):
             yield (  # a chain's beam may begin at joint 2
                 f"{ends[i + 1]} is {length:g} m along x from {ends[i]}; it must lie beyond it"
             )

@@ -41,20 +41,24 @@ def in_space(plane: Array, height: float = 0.0) -> NDArray[np.float32]:
 
 def elbow(motion: Motion, parameters: Parameters) -> Array:
     """Return the position of joint 2, (K, 2) [m]."""
+    if motion.link1 is not None:
+        return motion.link1[:, -1]
     theta1 = motion.joint[:, 0]
     return parameters.L_R * np.column_stack([np.cos(theta1), np.sin(theta1)])
 
 
 def links(motion: Motion, parameters: Parameters, hollow: float) -> Array:
-    """Return rigid link and hub of every sample as lines, or hollow as closed outlines.
+    """Return link 1 and hub of every sample as lines, or hollow as closed outlines.
 
     Returns:
-        (K, 2, 2, 2) or (K, 2, 5, 2) [m].
+        (K, 2, 2, 2) or (K, 2, 5, 2) [m]; of a link 1 that bends, a line for each of its pieces.
     """
     joint2 = elbow(motion, parameters)
-    origin = np.zeros_like(joint2)
-    ends = np.stack([np.stack([origin, joint2]), np.stack([joint2, motion.beam[:, 0]])])
-    start, end = ends[:, 0].transpose(1, 0, 2), ends[:, 1].transpose(1, 0, 2)  # (K, 2, 2)
+    link = np.stack([np.zeros_like(joint2), joint2], axis=1)
+    if motion.link1 is not None:
+        link = thinned_beam(motion.link1)
+    start = np.concatenate([link[:, :-1], joint2[:, None]], axis=1)  # (K, 2, 2)
+    end = np.concatenate([link[:, 1:], motion.beam[:, :1]], axis=1)
     if not hollow:
         return np.stack([start, end], axis=2)
     side = 0.5 * hollow * _normal(end - start)

@@ -1,0 +1,1 @@
+"""MJCF of other arms than the paper's: one link on a stand, and two links that bend."""

@@ -1,0 +1,1 @@
+"""Which torques tell the numbers that are to be identified, and do the intervals hold?"""

@@ -1,0 +1,1 @@
+"""Frequencies and damping of a free decay alone: the matrix pencil, and its command."""

@@ -1,0 +1,164 @@
+"""What a model says a log should have been: torques in, signals at the log's stamps out.
+
+>>> model = Model(Robot(), "assumed-modes", setting("none"), free_numbers("EI,zeta", ...))
+>>> model.signals({"EI": 0.36}, record, start)          # (N, S)
+
+Any plant by its name, driven open loop from rest where the log begins. Whatever the numbers, the
+physics step is that of the nominal ones: what is compared differs by the numbers alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from flexsim.errors import DivergenceError, FlexsimError, ModelError, ParameterError
+from flexsim.loop.motion import Motion
+from flexsim.loop.runs import drive
+from flexsim.loop.settings import Setting
+from flexsim.numerics.types import Array
+from flexsim.plants.base import Plant
+from flexsim.robot import Robot
+from studies.identify.chains import ChainFamily
+from studies.identify.names import OUTPUTS, Free, robot_with, setting_with
+from studies.identify.records import STRAINS, Record
+
+REST, MOVING = "rest", "moving"
+CLOSED, MODES = "closed-chain", "assumed-modes"
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A model of the robot whose numbers are identified.
+
+    Attributes:
+        robot, plant, setting: as every command takes them. free: the numbers.
+        strains: where the bridges are, from the clamp [m], where a log has strains.
+    """
+
+    robot: Robot
+    plant: str
+    setting: Setting
+    free: tuple[Free, ...]
+    strains: tuple[float, ...] = ()
+
+    @cached_property
+    def step(self) -> float:
+        """The nominal plant's physics step [s]."""
+        return self.robot.plant(self.plant, self.setting).step
+
+    @cached_property
+    def family(self) -> ChainFamily | None:
+        """The robot's closed chains, where that is the plant and its numbers are the robot's."""
+        closed = self.plant.partition(":")[0] == CLOSED and self.robot.given is None
+        return ChainFamily(self.robot, self.plant, self.setting, self.step) if closed else None
+
+    def built(self, values: Mapping[str, float]) -> tuple[Plant, Setting]:
+        """Return plant and setting with these numbers in place of the nominal ones.
+
+        Raises:
+            ParameterError, ModelError: there is no such plant, or its step is too long for it.
+        """
+        chosen = setting_with(self.setting, values)
+        if self.family is not None and self.family.covers(values):
+            return self.family.plant(values), chosen
+        robot = robot_with(self.robot, values)
+        chain_step = None if robot.file is not None else self.step
+        plant = robot.plant(self.plant, chosen, step=self.step, chain_step=chain_step)
+        return plant, chosen
+
+    def moved(self, values: Mapping[str, float], record: Record, start: Array) -> Motion:
+        """Return the motion under a record's torques.
+
+        Args:
+            values: numbers by their names. start: (4,) joint angles [rad] and rates [rad/s].
+
+        Raises:
+            DivergenceError, ParameterError, ModelError: there is none.
+        """
+        plant, chosen = self.built(values)
+        state = plant.rest_state(start[:2])
+        m = len(state) // 2
+        state[m : m + 2] = start[2:]
+        return drive(plant, chosen, record.torque, record.period, state=state, look=False)
+
+    def signals(self, values: Mapping[str, float], record: Record, start: Array) -> Array:
+        """Return a record's signals (N, S) as the model has them; arguments as of `moved`.
+
+        Raises:
+            DivergenceError, ParameterError, ModelError: there is no motion.
+        """
+        motion = self.moved(values, record, start)
+        columns = outputs(motion, record.signals, values)
+        return np.column_stack([_at(record.time, motion.time, each) for each in columns])
+
+    def tried(self, values: Mapping[str, float], record: Record, start: Array) -> Array | None:
+        """Return `signals`, None where the numbers give no motion."""
+        try:
+            return self.signals(values, record, start)
+        except (DivergenceError, ModelError, ParameterError):
+            return None
+
+
+def outputs(motion: Motion, signals: tuple[str, ...], values: Mapping[str, float]) -> list[Array]:
+    """Return the signals (K,) of a motion: what sensors without an error would give.
+
+    Args:
+        values: of `gain.v` and `offset.v`, by which v is measured; 1 and 0 where not given.
+
+    Raises:
+        ParameterError: the model has no such signal.
+    """
+    m = motion.state.shape[1] // 2
+    gain, offset = (values.get(name, OUTPUTS[name][1]) for name in ("gain.v", "offset.v"))
+    known = {
+        "theta1": motion.joint[:, 0],
+        "theta2": motion.joint[:, 1],
+        "v": gain * motion.v + offset,
+        "w1": motion.state[:, m],
+        "w2": motion.state[:, m + 1],
+    }
+    for name in signals:
+        if name not in known:  # strains: rows of a plant's strain (B, m), times positions
+            raise ParameterError(
+                f"signal {name} is not one that the model gives; choose of {', '.join(known)}"
+            )
+    return [known[name] for name in signals]
+
+
+def usable(signals: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of a log's signals that a model gives: all but the strains."""
+    return tuple(name for name in signals if name not in STRAINS)
+
+
+def _at(stamps: Array, time: Array, column: Array) -> Array:
+    """Return a column at stamps (N,), straight between the clock's instants."""
+    return np.interp(stamps, time, column)
+
+
+def other_of(plant: str) -> str:
+    """Return the plant that models the same arm otherwise, of the usual size."""
+    kind = plant.partition(":")[0]
+    return CLOSED if kind in (MODES, "rigid", "printed") else MODES
+
+
+def searched_as(plant: str) -> str:
+    """Return the plant that a search runs on: MuJoCo's chain in closed form, others themselves."""
+    kind, colon, size = plant.partition(":")
+    return f"{CLOSED}{colon}{size}" if kind == "chain" else plant
+
+
+def starts_of(record: Record) -> Array:
+    """Return where a record starts (4,): its joints' angles [rad], and no rates [rad/s]."""
+    return np.concatenate([record.resting(), np.zeros(2)])
+
+
+def require_built(model: Model) -> None:
+    """Refuse a model whose nominal plant cannot be made, in that plant's own words."""
+    try:
+        model.built({each.name: each.nominal for each in model.free})
+    except FlexsimError as error:
+        raise ParameterError(f"--plant {model.plant}: {error}") from None
