@@ -32,7 +32,8 @@ from studies.laboratory.together import CAP, DIVERGED_MOST, LUCK
 
 __all__ = ["answer", "facts", "figures", "tables", "verdict"]
 MM = 1e3
-SHOWN = 12  # lines of the tables of hypotheses and of indices
+SHOWN, LINES = 8, 6  # of the tables of hypotheses and of indices
+NOTHING = 1.2  # a suspect that reaches no factor and exceeds this nowhere is left out
 CASES = tuple(each.name for each in paper_cases())
 
 
@@ -88,6 +89,13 @@ def _lines(result: LaboratoryResult) -> list[ReachLine]:
     return lines
 
 
+def _does_something(line: ReachLine) -> bool:
+    """Return whether a suspect reaches a factor, exceeds NOTHING or diverges in some case."""
+    found = [row.found for row in line.cells]
+    moved = any(each.size is not None or each.diverges is not None for each in found)
+    return moved or any((each.most or 0.0) > NOTHING for each in found)
+
+
 def _title(line: ReachLine) -> str:
     unit = SUSPECTS[line.suspect.split()[0]].unit
     return f"{line.suspect} [{unit}]" if unit else line.suspect
@@ -105,13 +113,15 @@ def _cells(form: Callable[[Any], str]) -> list[Column]:
 def _reach_table(result: LaboratoryResult) -> Table:
     factors = ", ".join(f"{each.factor:.1f}" for each in paper_cases())
     first = result.grounds[0].plant
-    lines = [line for line in _lines(result) if line.plant == first]
+    every = [line for line in _lines(result) if line.plant == first]
+    lines = [line for line in every if _does_something(line)] or every
     return Table(
         lines,
         (Column("suspect", form=_title), *_cells(cell)),
         f"Alone: the size from which on the envelope is {factors} times as wide, {first}",
         f"x1.2: no more than that; {DIVERGES}5: half of the runs diverge from there on; yes: of "
-        "what has no size. 95 % intervals by a bootstrap of pairs.",
+        f"what has no size; what exceeds {NOTHING:g} nowhere is left out. 95 % intervals by a "
+        "bootstrap of pairs.",
         section=(Column("controllers"), *(Column("controllers", form=lambda _: ""),) * 4),
         tight=True,
         prints="reach.csv",
@@ -231,7 +241,7 @@ def _index_lines(result: LaboratoryResult) -> list[IndexLine]:
             for name in dict.fromkeys(row.found.suspect for row in rows)
         ]
         mine.sort(key=lambda line: -sum(row.found.total or 0.0 for row in line.cells))
-        lines += mine[:SHOWN]
+        lines += mine[:LINES]
     return lines
 
 
