@@ -66,6 +66,11 @@ def _everywhere(
     return [name for name in of(result, grounds[0]) if all(name in each for each in others)]
 
 
+def two_digits(number: float) -> str:
+    """Return a number above 0 in two digits, large ones without an exponent."""
+    return f"{number:.2g}" if number < 100 else f"{float(f'{number:.2g}'):.0f}"
+
+
 def _names(names: Iterable[str]) -> str:
     return ", ".join(names) or "none"
 
@@ -101,7 +106,7 @@ def _likeliest(result: LaboratoryResult, ground: Ground) -> str:
     cause = f" ({suspect.cause})" if suspect else ""
     text = (
         f"On {ground.plant} the likeliest of {len(rows)} hypotheses is {best.hypothesis}{cause}, "
-        f"{percent(best.probability, *ends)}, {best.bayes:.2g} times as likely as {NONE}; then "
+        f"{percent(best.probability, *ends)}, {two_digits(best.bayes)} times as likely as {NONE}; then "
         f"{second.hypothesis}, {100 * second.probability:.0f} %"
     )
     narrow = likely(result, ground, wide=False)[0]

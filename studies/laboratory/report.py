@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from studies.core.evidence.digits import with_interval
 from studies.core.table import Column, Table
-from studies.laboratory.answering import DIVERGES, answer, likely, strongest
+from studies.laboratory.answering import DIVERGES, answer, likely, strongest, two_digits
 from studies.laboratory.figures import figures_of
 from studies.laboratory.rows import (
     BaseRow,
@@ -187,7 +187,7 @@ def _p_value(row: ScoreRow) -> str:
 SCORE_COLUMNS = (
     Column("hypothesis"),
     Column("probability", "%", form=_probability),
-    Column("bayes", "Bayes", form=".2g"),
+    Column("bayes", "Bayes", form=lambda row: two_digits(row.bayes)),
     Column("recovered", "own %", form=_recovered),
     Column("predicted", "predicts", form=_predicted),
     Column("p_value", "p", form=_p_value),
