@@ -23,16 +23,19 @@ from flexsim.loop.hardware import (
     BridgeNumbers,
     EffectNumbers,
     HardwareNumbers,
+    NoBridges,
+    NoEffects,
     commands,
     encoder_angles,
     joint_memory,
     joint_step,
     mean_torque,
     measured,
-    read_bridges,
+    note,
+    seen_v,
+    tell,
     waiting_room,
 )
-from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.loop.measuring import (
     SUMS,
     WAITING,
@@ -147,8 +150,8 @@ def run_one(  # type: ignore[no-untyped-def]
     slot,
     friction: FrictionNumbers,
     h: HardwareNumbers,
-    effects: EffectNumbers,
-    bridges: BridgeNumbers,
+    effects: EffectNumbers | NoEffects,
+    bridges: BridgeNumbers | NoBridges,
     loop: Loop,
     controllers: Controllers,
     i,
@@ -192,22 +195,17 @@ def run_one(  # type: ignore[no-untyped-def]
         index += edge * loop.period * squared_error(loop, k, dx, dy, v)
         th1, th2 = encoder_angles(effects, joints, state[0], state[1])
         th1, th2, v_seen = measured(h, number, k, th1, th2, v)
-        if bridges.there:
-            v_seen = read_bridges(bridges, memory, number, k, th1, th2, state, v_seen)
+        v_seen = seen_v(bridges, memory, number, k, th1, th2, state, v_seen)
         e1 = loop.joint[k, 0] - th1
         e2 = loop.joint[k, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
         u1, u2 = control_sample(controllers, i, z, inner, e1, e2, v_seen)
         if loop.torque.shape[0] > 0:
             u1, u2 = u1 + loop.torque[k, 0], u2 + loop.torque[k, 1]
         c1, c2 = commands(h, late, k, u1, u2, friction.limit_1, friction.limit_2)
-        if bridges.there:
-            memory[TOLD], memory[TOLD + 1] = c1, c2
+        tell(bridges, memory, c1, c2)
         if stride > 0 and k % stride == 0:
             row = k // stride
-            if bridges.strained:
-                sensed[row, :2] = memory[:2]
-            if bridges.turning:
-                sensed[row, 2:] = memory[RATES : RATES + 2]
+            note(bridges, memory, sensed, row)
             applied[row, 0] = mean_torque(h, c1, joints[0])
             applied[row, 1] = mean_torque(h, c2, joints[1])
             seen[row, 0], seen[row, 1], seen[row, 2] = th1, th2, v_seen

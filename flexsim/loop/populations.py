@@ -20,8 +20,15 @@ from numpy.typing import NDArray
 from flexsim.errors import ParameterError
 from flexsim.loop.compiled_loop import Loop, Outcome, run_all
 from flexsim.loop.control.compiled import Controllers
-from flexsim.loop.friction import FrictionNumbers
-from flexsim.loop.hardware import IDEAL, SENSED, Hardware, bridge_numbers
+from flexsim.loop.friction import LUGRE, FrictionNumbers
+from flexsim.loop.hardware import (
+    IDEAL,
+    SENSED,
+    Hardware,
+    bridge_numbers,
+    leanest_bridges,
+    leanest_effects,
+)
 from flexsim.loop.measuring import NO_YARDSTICK, SUMS, Yardstick
 from flexsim.loop.stacked import indexed, stacked
 from flexsim.numerics.types import Array
@@ -115,6 +122,9 @@ def run_each(
         [of_plant, of_friction, of_hardware, of_loop, of_yard, of_start, of_bridges], axis=1
     )
     sensors = [bridge_numbers(h, plants[plant], period) for h, period, plant in bridges]
+    bristles = any(each.law == LUGRE for each in frictions)
+    own = [h.effects.numbers(period / steps) for h, period, steps in hardwares]
+    effects = leanest_effects(own, bristles)
     samples = max(len(loop.tip) for loop in loops)
     outcome = _room(len(which), samples, len(starts[0]), stride, any(len(y.points) for y in yards))
     numba.set_num_threads(wanted)
@@ -125,8 +135,8 @@ def run_each(
                 *stacked(running),
                 *stacked(frictions),
                 *stacked([h.numbers(period, substeps) for h, period, substeps in hardwares]),
-                *stacked([h.effects.numbers(period / steps) for h, period, steps in hardwares]),
-                *stacked(sensors),
+                *stacked(effects),
+                *stacked(leanest_bridges(sensors)),
                 *stacked(loops),
                 *stacked(yards),
                 starts,

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from flexsim.errors import DivergenceError, ParameterError
 from flexsim.loop.compiled_loop import TORQUE_MOST, Loop, Outcome
 from flexsim.loop.control.stacking import stack
+from flexsim.loop.friction import LUGRE
 from flexsim.loop.hardware import (
     SENSED,
     bridge_numbers,
@@ -24,12 +25,15 @@ from flexsim.loop.hardware import (
     encoder_angles,
     joint_memory,
     joint_step,
+    leanest_bridges,
+    leanest_effects,
     mean_torque,
     measured,
-    read_bridges,
+    note,
+    seen_v,
+    tell,
     waiting_room,
 )
-from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
@@ -248,20 +252,15 @@ def _drive(  # type: ignore[no-untyped-def]
         _, v = tip_in_hub(plant, state)
         th1, th2 = encoder_angles(effects, joints, state[0], state[1])
         th1, th2, v_seen = measured(h, run, k, th1, th2, v)
-        if bridges.there:
-            v_seen = read_bridges(bridges, memory, run, k, th1, th2, state, v_seen)
+        v_seen = seen_v(bridges, memory, run, k, th1, th2, state, v_seen)
         seen[k, 0], seen[k, 1], seen[k, 2] = th1, th2, v_seen
-        if bridges.strained:
-            sensed[k, :2] = memory[:2]
-        if bridges.turning:
-            sensed[k, 2:] = memory[RATES : RATES + 2]
+        note(bridges, memory, sensed, k)
         if k < torque.shape[0]:
             u1, u2 = torque[k, 0], torque[k, 1]
             c1, c2 = commands(h, waiting, k, u1, u2, friction.limit_1, friction.limit_2)
             applied[k, 0] = mean_torque(h, c1, joints[0])
             applied[k, 1] = mean_torque(h, c2, joints[1])
-            if bridges.there:
-                memory[TOLD], memory[TOLD + 1] = c1, c2
+            tell(bridges, memory, c1, c2)
             for _ in range(substeps):
                 t = k * period
                 tau_1, tau_2 = joint_step(friction, h, effects, joints, t, c1, c2, state)
@@ -320,13 +319,14 @@ def drive(
         raise ParameterError(
             f"state has shape {start.shape}; the {plant.name} plant needs {rest.shape}, all finite"
         )
-    bridges = bridge_numbers(setting.hardware, plant, period)
+    (bridges,) = leanest_bridges([bridge_numbers(setting.hardware, plant, period)])
     states, applied = np.empty((len(tau) + 1, len(start))), np.empty((len(tau), 2))
     seen, sensed = np.full((len(states), 3), np.nan), np.full((len(states), SENSED), np.nan)
     with plant.running(1) as coefficients:
         friction = setting.friction.numbers()
         built = setting.hardware.numbers(period, substeps)
-        effects = setting.hardware.effects.numbers(period / substeps)
+        own = [setting.hardware.effects.numbers(period / substeps)]
+        (effects,) = leanest_effects(own, friction.law == LUGRE)
         fixed = (coefficients, friction, built, effects, bridges, start, run)
         rows = _drive(*fixed, tau, float(period), substeps, states, applied, seen, sensed)
     torn = _torn(plant, states[:rows])

@@ -17,7 +17,17 @@ import numpy as np
 from flexsim.loop.compiled_loop import Loop
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
-from flexsim.loop.hardware import BridgeNumbers, Hardware, bridge_numbers, joint_memory
+from flexsim.loop.hardware import (
+    BridgeNumbers,
+    EffectNumbers,
+    Hardware,
+    NoBridges,
+    NoEffects,
+    bridge_numbers,
+    joint_memory,
+    leanest_bridges,
+    leanest_effects,
+)
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -83,9 +93,15 @@ class Arm:
             np.zeros(self._numbers.room),
         )
 
-    def _bridges(self) -> BridgeNumbers:
+    def _bridges(self) -> BridgeNumbers | NoBridges:
         """Return what bridges and tachometers read of the plant as it is."""
-        return bridge_numbers(self.hardware, self.body.plant, self.loop.period)
+        found = bridge_numbers(self.hardware, self.body.plant, self.loop.period)
+        return leanest_bridges([found])[0]
+
+    def _effects(self) -> EffectNumbers | NoEffects:
+        """Return what there is at the joints."""
+        own = self.hardware.effects.numbers(self.loop.period / self.loop.substeps)
+        return leanest_effects([own], self.friction.law == "lugre")[0]
 
     @property
     def state(self) -> Array:
@@ -106,7 +122,7 @@ class Arm:
             self.body.coefficients,
             self.friction.numbers(),
             self.hardware.numbers(loop.period, loop.substeps),
-            self.hardware.effects.numbers(loop.period / loop.substeps),
+            self._effects(),
             self._numbers,
             loop,
             self.controllers,

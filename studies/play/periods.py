@@ -28,9 +28,10 @@ from flexsim.loop.hardware import (
     joint_step,
     mean_torque,
     measured,
-    read_bridges,
+    note,
+    seen_v,
+    tell,
 )
-from flexsim.loop.hardware.bridges import RATES, TOLD
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
@@ -252,18 +253,13 @@ def run_periods(  # type: ignore[no-untyped-def]
         rows.tip[i, 0], rows.tip[i, 1] = tip_of(plant, loop, state, along, v)
         th1, th2 = encoder_angles(effects, joints, state[0], state[1])
         th1, th2, v_seen = measured(h, RUN, k, th1, th2, v)
-        if bridges.there:
-            v_seen = read_bridges(bridges, memory.bridges, RUN, k, th1, th2, state, v_seen)
+        v_seen = seen_v(bridges, memory.bridges, RUN, k, th1, th2, state, v_seen)
         e1 = loop.joint[r, 0] - th1
         e2 = loop.joint[r, 1] - (th2 + loop.v_gain * np.arctan(v_seen / loop.reach))
         u1, u2 = control_sample(controllers, 0, memory.z, memory.inner, e1, e2, v_seen)
         c1, c2 = commands(h, memory.late, k, u1, u2, friction.limit_1, friction.limit_2)
-        if bridges.there:
-            memory.bridges[TOLD], memory.bridges[TOLD + 1] = c1, c2
-        if bridges.strained:
-            rows.sensed[i, :2] = memory.bridges[:2]
-        if bridges.turning:
-            rows.sensed[i, 2:] = memory.bridges[RATES : RATES + 2]
+        tell(bridges, memory.bridges, c1, c2)
+        note(bridges, memory.bridges, rows.sensed, i)
         rows.applied[i, 0] = mean_torque(h, c1, joints[0])
         rows.applied[i, 1] = mean_torque(h, c2, joints[1])
         rows.measured[i, 0], rows.measured[i, 1], rows.measured[i, 2] = th1, th2, v_seen

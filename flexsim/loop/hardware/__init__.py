@@ -4,10 +4,14 @@ from flexsim.loop.hardware.base import HARDWARE, IDEAL, Hardware, named, overrid
 from flexsim.loop.hardware.bridges import (
     SENSED,
     BridgeNumbers,
+    NoBridges,
     bridge_numbers,
-    read_bridges,
+    leanest_bridges,
+    note,
+    seen_v,
+    tell,
 )
-from flexsim.loop.hardware.effects import EffectNumbers, JointEffects
+from flexsim.loop.hardware.effects import EffectNumbers, JointEffects, NoEffects, leanest_effects
 from flexsim.loop.hardware.joints import encoder_angles, joint_step
 from flexsim.loop.hardware.memory import joint_memory
 from flexsim.loop.hardware.numbers import (
@@ -30,6 +34,8 @@ __all__ = [
     "Hardware",
     "HardwareNumbers",
     "JointEffects",
+    "NoBridges",
+    "NoEffects",
     "Sensing",
     "bridge_numbers",
     "cascade",
@@ -38,10 +44,14 @@ __all__ = [
     "joint_memory",
     "joint_step",
     "lag_factors",
+    "leanest_bridges",
+    "leanest_effects",
     "mean_torque",
     "measured",
     "named",
+    "note",
     "overridden",
-    "read_bridges",
+    "seen_v",
+    "tell",
     "waiting_room",
 ]

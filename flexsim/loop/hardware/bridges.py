@@ -2,18 +2,21 @@
 
     >>> b = bridge_numbers(hardware, plant, period=1e-3)
     >>> memory = np.zeros(b.room)
-    >>> v = read_bridges(b, memory, run, sample, theta1, theta2, state, v)
+    >>> v = seen_v(b, memory, run, sample, theta1, theta2, state, v)
 
 What a plant is enters as two rows, strain = rows . q. The filter is exact for a strain that moves
-in a straight line from sample to sample, and settled at the start.
+in a straight line from sample to sample, and settled at the start. Loops without bridges and
+tachometers have `NoBridges` instead, for which nothing is compiled.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
 from flexsim.loop.hardware.estimators import (
     ANGLE_LEAST,
@@ -24,7 +27,7 @@ from flexsim.loop.hardware.estimators import (
     shortened,
     static_estimator,
 )
-from flexsim.numerics.jit import jit_apart
+from flexsim.numerics.jit import jit, jit_apart
 from flexsim.numerics.noise import MASK, normal
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
@@ -69,6 +72,17 @@ class BridgeNumbers(NamedTuple):
     H: Array
     rate_gain: Array
     rate_noise: Array
+
+
+class NoBridges(NamedTuple):
+    """Neither bridges nor tachometers."""
+
+    room: int = 0
+
+
+def leanest_bridges(found: Sequence[BridgeNumbers]) -> Sequence[BridgeNumbers | NoBridges]:
+    """Return what is read, of one kind: nothing at all if none of them reads."""
+    return found if any(each.there for each in found) else [NoBridges()] * len(found)
 
 
 def ramp_filter(lag: float, period: float) -> tuple[float, float, float]:
@@ -206,3 +220,69 @@ def read_bridges(b: BridgeNumbers, memory: Array, run, sample, theta1, theta2, s
     for i in range(n):
         v += b.H[i] * memory[STATES + i]
     return v
+
+
+def seen_v(
+    b: BridgeNumbers | NoBridges,
+    memory: Array,
+    run: int,
+    sample: int,
+    theta1: float,
+    theta2: float,
+    state: Array,
+    v: float,
+) -> float:
+    """Return v as the controllers get it [m]: arguments as of `read_bridges`."""
+    if isinstance(b, NoBridges):
+        return v
+    seen: float = read_bridges(b, memory, run, sample, theta1, theta2, state, v)
+    return seen
+
+
+def tell(b: BridgeNumbers | NoBridges, memory: Array, u1: float, u2: float) -> None:
+    """Let the estimator know the commands that are held from now on [N m]."""
+    if isinstance(b, BridgeNumbers):
+        memory[TOLD], memory[TOLD + 1] = u1, u2
+
+
+def note(b: BridgeNumbers | NoBridges, memory: Array, sensed: Array, row: int) -> None:
+    """Fill a row of what was read (R, 4)."""
+    if isinstance(b, BridgeNumbers):
+        _note(b, memory, sensed, row)
+
+
+@jit
+def _tell(b: BridgeNumbers, memory: Array, u1: float, u2: float) -> None:
+    memory[TOLD], memory[TOLD + 1] = u1, u2
+
+
+@jit
+def _note(b: BridgeNumbers, memory: Array, sensed: Array, row: int) -> None:
+    for i in range(2):
+        if b.strained:
+            sensed[row, i] = memory[READ + i]
+        if b.turning:
+            sensed[row, 2 + i] = memory[RATES + i]
+
+
+@overload(seen_v, jit_options={"forceinline": True})
+def _seen_v(b, memory, run, sample, theta1, theta2, state, v) -> Any:  # type: ignore[no-untyped-def]
+    if b.instance_class is NoBridges:
+        return lambda b, memory, run, sample, theta1, theta2, state, v: v
+    return lambda b, memory, run, sample, theta1, theta2, state, v: read_bridges(
+        b, memory, run, sample, theta1, theta2, state, v
+    )
+
+
+@overload(tell, jit_options={"forceinline": True})
+def _tell_if(b, memory, u1, u2) -> Any:  # type: ignore[no-untyped-def]
+    if b.instance_class is NoBridges:
+        return lambda b, memory, u1, u2: None
+    return lambda b, memory, u1, u2: _tell(b, memory, u1, u2)
+
+
+@overload(note, jit_options={"forceinline": True})
+def _note_if(b, memory, sensed, row) -> Any:  # type: ignore[no-untyped-def]
+    if b.instance_class is NoBridges:
+        return lambda b, memory, sensed, row: None
+    return lambda b, memory, sensed, row: _note(b, memory, sensed, row)

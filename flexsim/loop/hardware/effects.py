@@ -28,6 +28,7 @@ models; sizes for this arm are *assumed*.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -178,6 +179,20 @@ class EffectNumbers(NamedTuple):
     at_motor: bool
     step: float
     per_joint: Array
+
+
+class NoEffects(NamedTuple):
+    """Joints that are ideal."""
+
+    step: float = 0.0
+
+
+def leanest_effects(
+    found: Sequence[EffectNumbers], bristles: bool
+) -> Sequence[EffectNumbers | NoEffects]:
+    """Return effects of one kind: none at all if none of them acts and no friction has bristles."""
+    acting = bristles or any(each.there or each.at_motor for each in found)
+    return found if acting else [NoEffects()] * len(found)
 
 
 RIPPLE, RIPPLE_PERIODS, COGGING, COGGING_PERIODS = range(4)

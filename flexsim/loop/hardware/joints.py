@@ -2,12 +2,15 @@
 
 Amplifier and motor lag, ripple and cogging, the friction setting's limit, dead zone and (47); then
 the shaft, if there is one; then what opposes the joint's motion. Friction's numbers vary with time
-and angle. What is off costs nothing: the long way is a function of its own.
+and angle. What is off costs nothing: ideal joints, `NoEffects`, have a way of their own.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba.extending import overload
 
 from flexsim.loop.friction import (
     LUGRE,
@@ -31,6 +34,7 @@ from flexsim.loop.hardware.effects import (
     WARMED,
     WARMING,
     EffectNumbers,
+    NoEffects,
 )
 from flexsim.loop.hardware.memory import AMPLIFIER, ANGLE, MOTOR
 from flexsim.loop.hardware.numbers import HardwareNumbers, motor_step
@@ -149,28 +153,31 @@ def worn_torques(  # type: ignore[no-untyped-def]
 
 
 @jit
-def joint_step(  # type: ignore[no-untyped-def]
-    f: FrictionNumbers,
-    h: HardwareNumbers,
-    e: EffectNumbers,
-    memory: Array,
-    t: float,
-    u1: float,
-    u2: float,
-    state: Array,
-):
-    """Return the torques that reach the joints over a physics step [N m].
-
-    Args:
-        f, h, e: friction and hardware. memory: of `joint_memory`, overwritten.
-        t: time of the control period [s]. u1, u2: commands, held [N m]. state: (2 m,) of the plant.
-    """
-    m = state.shape[0] // 2
-    tau_1, tau_2 = u1, u2
+def lagged(h: HardwareNumbers, memory: Array, u1: float, u2: float):  # type: ignore[no-untyped-def]
+    """Return the motors' mean torques over a physics step [N m]; memory: overwritten."""
     if h.lagging:
-        one, two = memory[0], memory[1]
-        tau_1, one[MOTOR], one[AMPLIFIER] = motor_step(h, u1, one[MOTOR], one[AMPLIFIER])
-        tau_2, two[MOTOR], two[AMPLIFIER] = motor_step(h, u2, two[MOTOR], two[AMPLIFIER])
+        u1, memory[0, MOTOR], memory[0, AMPLIFIER] = motor_step(
+            h, u1, memory[0, MOTOR], memory[0, AMPLIFIER]
+        )
+        u2, memory[1, MOTOR], memory[1, AMPLIFIER] = motor_step(
+            h, u2, memory[1, MOTOR], memory[1, AMPLIFIER]
+        )
+    return u1, u2
+
+
+@jit
+def plain_step(f, h, e, memory, t, u1, u2, state):  # type: ignore[no-untyped-def]
+    """Return `joint_step` of ideal joints."""
+    m = state.shape[0] // 2
+    tau_1, tau_2 = lagged(h, memory, u1, u2)
+    return joint_torques(f, tau_1, tau_2, state[m], state[m + 1])
+
+
+@jit
+def worn_step(f, h, e, memory, t, u1, u2, state):  # type: ignore[no-untyped-def]
+    """Return `joint_step` of joints that may be worn."""
+    m = state.shape[0] // 2
+    tau_1, tau_2 = lagged(h, memory, u1, u2)
     if e.there or f.law == LUGRE:
         return worn_torques(
             f, e, memory, t, tau_1, tau_2, state[0], state[1], state[m], state[m + 1]
@@ -179,11 +186,55 @@ def joint_step(  # type: ignore[no-untyped-def]
 
 
 @jit
-def encoder_angles(e: EffectNumbers, memory: Array, theta1: float, theta2: float):  # type: ignore[no-untyped-def]
-    """Return the angles that the encoders turn by [rad]: of motors behind shafts, or of joints."""
+def motor_angles(e: EffectNumbers, memory: Array, theta1: float, theta2: float):  # type: ignore[no-untyped-def]
+    """Return `encoder_angles` of joints that may be worn."""
     if e.at_motor:
         if e.per_joint[0, SHAFT] > 0.0:
             theta1 = memory[0, ANGLE]
         if e.per_joint[1, SHAFT] > 0.0:
             theta2 = memory[1, ANGLE]
     return theta1, theta2
+
+
+def joint_step(
+    f: FrictionNumbers,
+    h: HardwareNumbers,
+    e: EffectNumbers | NoEffects,
+    memory: Array,
+    t: float,
+    u1: float,
+    u2: float,
+    state: Array,
+) -> tuple[float, float]:
+    """Return the torques that reach the joints over a physics step [N m].
+
+    Args:
+        f, h, e: friction and hardware. memory: of `joint_memory`, overwritten.
+        t: time of the control period [s]. u1, u2: commands, held [N m]. state: (2 m,) of the plant.
+    """
+    step: Any = plain_step if isinstance(e, NoEffects) else worn_step
+    tau_1, tau_2 = step(f, h, e, memory, t, u1, u2, state)
+    return tau_1, tau_2
+
+
+def encoder_angles(
+    e: EffectNumbers | NoEffects, memory: Array, theta1: float, theta2: float
+) -> tuple[float, float]:
+    """Return the angles that the encoders turn by [rad]: of motors behind shafts, or of joints."""
+    if isinstance(e, NoEffects):
+        return theta1, theta2
+    angles: tuple[float, float] = motor_angles(e, memory, theta1, theta2)
+    return angles
+
+
+@overload(joint_step, jit_options={"forceinline": True})
+def _joint_step(f, h, e, memory, t, u1, u2, state) -> Any:  # type: ignore[no-untyped-def]
+    step = plain_step if e.instance_class is NoEffects else worn_step
+    return lambda f, h, e, memory, t, u1, u2, state: step(f, h, e, memory, t, u1, u2, state)
+
+
+@overload(encoder_angles, jit_options={"forceinline": True})
+def _encoder_angles(e, memory, theta1, theta2) -> Any:  # type: ignore[no-untyped-def]
+    if e.instance_class is NoEffects:
+        return lambda e, memory, theta1, theta2: (theta1, theta2)
+    return lambda e, memory, theta1, theta2: motor_angles(e, memory, theta1, theta2)
