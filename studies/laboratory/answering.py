@@ -106,8 +106,8 @@ def _likeliest(result: LaboratoryResult, ground: Ground) -> str:
     cause = f" ({suspect.cause})" if suspect else ""
     text = (
         f"On {ground.plant} the likeliest of {len(rows)} hypotheses is {best.hypothesis}{cause}, "
-        f"{percent(best.probability, *ends)}, {two_digits(best.bayes)} times as likely as {NONE}; then "
-        f"{second.hypothesis}, {100 * second.probability:.0f} %"
+        f"{percent(best.probability, *ends)}, {two_digits(best.bayes)} times as likely as {NONE}; "
+        f"then {second.hypothesis}, {100 * second.probability:.0f} %"
     )
     narrow = likely(result, ground, wide=False)[0]
     if narrow.decades != best.decades:
