@@ -25,9 +25,11 @@ from controllers.sections import Cascade, Sections
 from controllers.series import Array, Filter, gruenwald_letnikov, impulse_response, tustin
 from controllers.tuned import TUNED
 from controllers.tuned_arms import TUNED_ARMS
+from controllers.tuned_collocated import COLLOCATED, TextbookPid
 from controllers.tuned_ideal import TUNED_IDEAL
 
 __all__ = [
+    "COLLOCATED",
     "REALISATIONS",
     "TABLE_2",
     "TUNED",
@@ -43,6 +45,7 @@ __all__ = [
     "Realisation",
     "ResponseError",
     "Sections",
+    "TextbookPid",
     "backward_fraction",
     "factored",
     "fractional_pid",

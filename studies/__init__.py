@@ -17,7 +17,7 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "report", "view"),
-    *("watch", "play", "tools", "beam", "identify", "experiment", "animate"),
+    *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory"),
+    *("report", "view", "watch", "play", "tools", "beam", "identify", "experiment", "animate"),
     *("commands", "shell", "main"),
 )

@@ -147,6 +147,12 @@ COMMANDS = {  # by name, groups together
         "what it takes for Table 2 to be bounded",
         PAPER,
     ),
+    "laboratory": Command(
+        "laboratory.laboratory",
+        "LaboratoryConfig",
+        "what made the paper's laboratory worse than its simulation",
+        PAPER,
+    ),
     "watch": Command(
         "watch.watch",
         "WatchConfig",

@@ -11,6 +11,7 @@ Source: A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, as scipy.stats
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,7 @@ from studies.spec.draws import SALTELLI, Draws, sensitivity_rows_of
 RESAMPLES, FEWER = 999, 199  # the latter of more draws than MANY
 NUMBERS = 4_000_000  # drawn at a time: 32 MB
 CORRELATION, FIRST_ORDER, TOTAL = "rank correlation", "first-order index", "total index"
+Ends = tuple[float, float, float]  # a value and the ends of its interval
 
 
 @dataclass(frozen=True)
@@ -112,19 +114,40 @@ def _indices(draws: Draws, values: Array, seed: int) -> list[dict[str, Any]]:
             for path in draws.sampled
             for measure in (FIRST_ORDER, TOTAL)
         ]
-    f_A, f_B, f_AB = sensitivity_rows_of(draws, values)
+    each = sobol_indices(*sensitivity_rows_of(draws, values), seed)
+    return [
+        _row(path, measure, count, *own)
+        for path, both in zip(draws.sampled, each, strict=True)
+        for measure, own in zip((FIRST_ORDER, TOTAL), both, strict=True)
+    ]
+
+
+def sobol_indices(f_A: Array, f_B: Array, f_AB: Array, seed: int) -> list[tuple[Ends, Ends]]:
+    """Return first-order and total index of each number, with the ends of their 95 % intervals.
+
+    Args:
+        f_A, f_B: (n,), f_AB: (d, n) values, not all the same, see `studies.spec.draws`.
+        seed: of the bootstrap.
+    """
     given = {"f_A": f_A[None], "f_B": f_B[None], "f_AB": f_AB[:, None]}
-    found = stats.sobol_indices(func=given, n=draws.base, rng=np.random.default_rng(seed))
-    ends = found.bootstrap(confidence_level=LEVEL, n_resamples=RESAMPLES)
-    rows = []
-    for i, path in enumerate(draws.sampled):
-        for measure, values_of, interval in (
-            (FIRST_ORDER, found.first_order, ends.first_order.confidence_interval),
-            (TOTAL, found.total_order, ends.total_order.confidence_interval),
-        ):
-            own = (float(np.ravel(each)[i]) for each in (values_of, interval.low, interval.high))
-            rows.append(_row(path, measure, count, *own))
-    return rows
+    found = stats.sobol_indices(func=given, n=len(f_A), rng=np.random.default_rng(seed))
+    with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
+        # of a number that changes nothing all resamples are alike, and there is no interval
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+        ends = found.bootstrap(confidence_level=LEVEL, n_resamples=RESAMPLES)
+    parts = (
+        (found.first_order, ends.first_order.confidence_interval),
+        (found.total_order, ends.total_order.confidence_interval),
+    )
+    columns = [
+        [np.ravel(each) for each in (values, interval.low, interval.high)]
+        for values, interval in parts
+    ]
+    first, total = (
+        [(float(value), float(low), float(high)) for value, low, high in zip(*column, strict=True)]
+        for column in columns
+    )
+    return list(zip(first, total, strict=True))
 
 
 def _row(path: str, measure: str, draws: int, value: Any, low: Any, high: Any) -> dict[str, Any]:

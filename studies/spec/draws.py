@@ -169,19 +169,28 @@ def _unit(sweep: SweepPart, size: int, seed: int) -> Array:
     if sweep.sampler == "latin-hypercube":
         return np.asarray(qmc.LatinHypercube(size, rng=rng).random(sweep.samples))
     if sweep.sampler != SALTELLI:
-        return _sobol(size, sweep.samples, rng)
+        return sobol_samples(size, sweep.samples, rng)
     if sweep.samples & (sweep.samples - 1):
         raise ParameterError(
             f"sweep.samples is {sweep.samples}, which Sobol' indices cannot be made of; give a "
             "power of 2"
         )
-    both = _sobol(2 * size, sweep.samples, rng)
+    return saltelli_samples(size, sweep.samples, rng)
+
+
+def saltelli_samples(size: int, count: int, rng: np.random.Generator) -> Array:
+    """Return the rows (count (size + 2), size) in (0, 1) that Sobol' indices need: A, B, mixed.
+
+    Args:
+        count: of A, a power of 2.
+    """
+    both = sobol_samples(2 * size, count, rng)
     A, B = both[:, :size], both[:, size:]
     mixed = [np.where(np.arange(size) == i, B, A) for i in range(size)]
     return np.concatenate([A, B, *mixed])
 
 
-def _sobol(size: int, count: int, rng: np.random.Generator) -> Array:
+def sobol_samples(size: int, count: int, rng: np.random.Generator) -> Array:
     """Return the first points (count, size) of a scrambled Sobol' sequence."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # counts that are no power of 2 are allowed

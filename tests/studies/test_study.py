@@ -21,7 +21,7 @@ from studies.core.table import Column, Table
 from studies.main import COMMANDS, main
 
 STUDIES = (
-    *("compare", "converge", "ladder", "misprints", "pid-question", "realisations"),
+    *("compare", "converge", "laboratory", "ladder", "misprints", "pid-question", "realisations"),
     *("reconstruct", "screening", "stability", "structures", "tables"),
 )
 FILES = ("run", "check")  # of a study file, which has the options that studies share

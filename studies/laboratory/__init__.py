@@ -1,0 +1,1 @@
+"""What made the paper's laboratory worse than its simulation: `flexsim laboratory`."""
