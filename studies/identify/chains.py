@@ -14,11 +14,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.settings import Setting
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_plant import ClosedChainPlant
 from flexsim.plants.closed_form_chain import ClosedChain
+from flexsim.plants.curvature import curvature_of_chain
 from flexsim.robot import Robot
 
 MASSES = ("I_R0", "I_H", "m_H", "I_m1", "I_m2", "rho", "payload", "payload_inertia")
@@ -29,9 +33,15 @@ SIZES = {"I_m1": 1e-2, "I_m2": 1e-3, "payload": 1e-2, "payload_inertia": 1e-4}  
 
 @dataclass(frozen=True, eq=False)
 class _OfFamily(ClosedChainPlant):
-    """A closed chain whose coefficients are given."""
+    """A closed chain whose coefficients are given; EI: that the chain's own springs are of."""
 
     given: ClosedChain | None = None
+    EI: float = 0.0
+
+    def curvature_rows(self, places: ArrayLike) -> Array:
+        """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
+        bent = curvature_of_chain(self.chain, replace(self.parameters, EI=self.EI), places)
+        return np.hstack([np.zeros((len(bent), 2)), bent])
 
     @property
     def coefficients(self) -> ClosedChain:
@@ -80,7 +90,7 @@ class ChainFamily:
         damping[0], damping[1] = now.F_1 * now.r_1**2, now.F_2 * now.r_2**2
         changes: dict[str, Any] = {"stiffness": stiffness, "damping": damping, **arrays}
         found = given._replace(**changes)
-        return _OfFamily(now, base.chain, self.name, found)
+        return _OfFamily(now, base.chain, self.name, found, before.EI)
 
     def _add(self, arrays: dict[str, Array], name: str, change: float) -> None:
         """Add to moments (m,) what a change of a mass or inertia gives."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -51,7 +51,7 @@ from studies.identify.estimates import (
 from studies.identify.names import free_numbers
 from studies.identify.records import Record, noise_of, read_record
 from studies.identify.residuals import Problem
-from studies.identify.simulated import Model, require_built, searched_as, usable
+from studies.identify.simulated import Model, require_built, searched_as
 from studies.identify.written import MJCF, STUDY, mjcf_of, study_file
 from studies.tuning.genetic import GeneticSettings
 
@@ -75,8 +75,8 @@ class IdentifyConfig(DecayOptions, ThreadOptions, SeedOptions, HardwareOptions):
     logs: Logs
     free: str | None = None
     """Numbers to identify, with commas between: of the robot (EI, zeta, rho, I_R0, F_1, ...), of
-    friction (friction.tau_0, friction.mu_2, ...), gain.v, offset.v; needed without --method
-    decay."""
+    friction (friction.tau_0, friction.mu_2, ...), gain.v, offset.strain1, ...; needed without
+    --method decay."""
     torque: tuple[Path, ...] = ()
     """CSV files of the torques, one for all logs or one for each; the logs' own unless given."""
     plant: str = "assumed-modes"
@@ -89,7 +89,7 @@ class IdentifyConfig(DecayOptions, ThreadOptions, SeedOptions, HardwareOptions):
     """Logs with torques that are predicted, not identified from; of several logs, each by the
     others unless given."""
     signals: tuple[str, ...] = ()
-    """Columns to use: theta1, theta2, v, w1, w2; all that there are unless given."""
+    """Columns to use: theta1, theta2, v, w1, w2, strain1, strain2; all there are unless given."""
     start: Literal["rest", "moving"] = "rest"
     """How the arm is at the first row: at rest, or its joints moving at rates to be found."""
     starts: int = 3
@@ -140,14 +140,7 @@ def read_records(
         read_record(log, file, config, config.signals)
         for log, file in zip(logs, files, strict=True)
     ]
-    return tuple(_usable(each) for each in found)
-
-
-def _usable(record: Record) -> Record:
-    """Return a record with the signals that models give."""
-    kept = usable(record.signals)
-    columns = [record.signals.index(name) for name in kept]
-    return replace(record, signals=kept, values=record.values[:, columns])
+    return tuple(found)
 
 
 def model_of(config: IdentifyConfig) -> Model:

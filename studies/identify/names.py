@@ -34,6 +34,7 @@ UNITS_AT_ZERO = {  # one coordinate of what is zero at first
     **{"payload": 1e-2, "payload_inertia": 1e-4},
     **{"friction.tau_0": 0.1, "friction.mu": 0.1, "friction.dead_zone": 0.1},
     **{"offset.v": 1e-3, "offset.theta1": 1e-3, "offset.theta2": 1e-3},
+    **{"offset.strain1": 1e-5, "offset.strain2": 1e-5},
 }
 PAIRS = {
     "friction.tau_0": ("friction.tau_0_1", "friction.tau_0_2"),
@@ -44,7 +45,11 @@ PAIRS = {
     ),
 }
 FRICTION = tuple(name for names in PAIRS.values() for name in names)
-OUTPUTS = {"offset.v": ("m", 0.0), "gain.v": ("-", 1.0)}  # of the measured v: gain v + offset
+OUTPUTS = {  # of what is measured: gain times it, plus offset
+    **{"offset.v": ("m", 0.0), "gain.v": ("-", 1.0)},
+    **{f"gain.strain{i}": ("-", 1.0) for i in (1, 2)},
+    **{f"offset.strain{i}": ("-", 0.0) for i in (1, 2)},
+}
 MOTORS = ("I_m1", "I_m2")  # that a setting may have its own of
 
 

@@ -27,6 +27,7 @@ ANGLES = NEEDED[:2]
 STRAINS, RATES = ("strain1", "strain2"), ("w1", "w2")  # where a log has them
 SIGNALS = (*NEEDED, *RATES, *STRAINS)
 UNITS = {"theta1": "rad", "theta2": "rad", "v": "m", "w1": "rad/s", "w2": "rad/s"}
+UNITS |= dict.fromkeys(STRAINS, "-")
 LEAST_ROWS = 50
 STILL = 5  # first rows whose mean is the angle at rest
 

@@ -16,14 +16,16 @@ from functools import cached_property
 import numpy as np
 
 from flexsim.errors import DivergenceError, FlexsimError, ModelError, ParameterError
+from flexsim.loop.hardware.bridges import places_of
 from flexsim.loop.motion import Motion
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import Setting
+from flexsim.numerics.dense import product
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 from studies.identify.chains import ChainFamily
-from studies.identify.names import OUTPUTS, Free, robot_with, setting_with
+from studies.identify.names import Free, robot_with, setting_with
 from studies.identify.records import STRAINS, Record
 
 REST, MOVING = "rest", "moving"
@@ -35,15 +37,14 @@ class Model:
     """A model of the robot whose numbers are identified.
 
     Attributes:
-        robot, plant, setting: as every command takes them. free: the numbers.
-        strains: where the bridges are, from the clamp [m], where a log has strains.
+        robot, plant, setting: as every command takes them; the setting's hardware says where strain
+            bridges are, for logs that have strains. free: the numbers.
     """
 
     robot: Robot
     plant: str
     setting: Setting
     free: tuple[Free, ...]
-    strains: tuple[float, ...] = ()
 
     @cached_property
     def step(self) -> float:
@@ -71,7 +72,13 @@ class Model:
         return plant, chosen
 
     def moved(self, values: Mapping[str, float], record: Record, start: Array) -> Motion:
-        """Return the motion under a record's torques.
+        """Return the motion under a record's torques; arguments as of `moved_plant`."""
+        return self.moved_plant(values, record, start)[1]
+
+    def moved_plant(
+        self, values: Mapping[str, float], record: Record, start: Array
+    ) -> tuple[Plant, Motion]:
+        """Return the plant, and its motion under a record's torques.
 
         Args:
             values: numbers by their names. start: (4,) joint angles [rad] and rates [rad/s].
@@ -83,7 +90,18 @@ class Model:
         state = plant.rest_state(start[:2])
         m = len(state) // 2
         state[m : m + 2] = start[2:]
-        return drive(plant, chosen, record.torque, record.period, state=state, look=False)
+        motion = drive(plant, chosen, record.torque, record.period, state=state, look=False)
+        return plant, motion
+
+    def strain_rows(self, plant: Plant) -> Array:
+        """Return the rows (2, m) of the bridges' strain, [-] of positions.
+
+        Raises:
+            ParameterError: a bridge off the beam, or a plant without one.
+        """
+        sensing = self.setting.hardware.sensing
+        rows = plant.curvature_rows(places_of(self.setting.hardware, plant))
+        return np.array(sensing.bridge_distance)[:, None] * rows
 
     def signals(self, values: Mapping[str, float], record: Record, start: Array) -> Array:
         """Return a record's signals (N, S) as the model has them; arguments as of `moved`.
@@ -91,8 +109,10 @@ class Model:
         Raises:
             DivergenceError, ParameterError, ModelError: there is no motion.
         """
-        motion = self.moved(values, record, start)
-        columns = outputs(motion, record.signals, values)
+        plant, motion = self.moved_plant(values, record, start)
+        strained = any(name in STRAINS for name in record.signals)
+        rows = self.strain_rows(plant) if strained else None
+        columns = outputs(motion, record.signals, values, rows)
         return np.column_stack([_at(record.time, motion.time, each) for each in columns])
 
     def tried(self, values: Mapping[str, float], record: Record, start: Array) -> Array | None:
@@ -103,35 +123,43 @@ class Model:
             return None
 
 
-def outputs(motion: Motion, signals: tuple[str, ...], values: Mapping[str, float]) -> list[Array]:
-    """Return the signals (K,) of a motion: what sensors without an error would give.
+def outputs(
+    motion: Motion,
+    signals: tuple[str, ...],
+    values: Mapping[str, float],
+    strains: Array | None = None,
+) -> list[Array]:
+    """Return the signals (K,) of a motion: what sensors give, without noise.
 
     Args:
-        values: of `gain.v` and `offset.v`, by which v is measured; 1 and 0 where not given.
+        values: of `gain.v`, `offset.v` and those of the strains; 1 and 0 where not given.
+        strains: rows (2, m) of the bridges' strain, where there are any.
 
     Raises:
         ParameterError: the model has no such signal.
     """
     m = motion.state.shape[1] // 2
-    gain, offset = (values.get(name, OUTPUTS[name][1]) for name in ("gain.v", "offset.v"))
     known = {
         "theta1": motion.joint[:, 0],
         "theta2": motion.joint[:, 1],
-        "v": gain * motion.v + offset,
+        "v": motion.v,
         "w1": motion.state[:, m],
         "w2": motion.state[:, m + 1],
     }
+    if strains is not None:
+        known |= dict(zip(STRAINS, product(motion.state[:, :m], strains.T).T, strict=True))
+    for name in known:
+        gain, offset = (
+            values.get(f"{word}.{name}", usual) for word, usual in (("gain", 1.0), ("offset", 0.0))
+        )
+        if (gain, offset) != (1.0, 0.0):
+            known[name] = gain * known[name] + offset
     for name in signals:
-        if name not in known:  # strains: rows of a plant's strain (B, m), times positions
+        if name not in known:
             raise ParameterError(
                 f"signal {name} is not one that the model gives; choose of {', '.join(known)}"
             )
     return [known[name] for name in signals]
-
-
-def usable(signals: tuple[str, ...]) -> tuple[str, ...]:
-    """Return those of a log's signals that a model gives: all but the strains."""
-    return tuple(name for name in signals if name not in STRAINS)
 
 
 def _at(stamps: Array, time: Array, column: Array) -> Array:

@@ -216,7 +216,11 @@ class Arm:
             vars(plant.observe(np.concatenate([block.rows.state for block in group])))
             for plant, group in groupby(blocks, key=lambda block: block.plant)
         ]
-        seen = {name: np.concatenate([look[name] for look in looks]) for name in looks[0]}
+        seen = {
+            name: np.concatenate([look[name] for look in looks])
+            for name, of_first in looks[0].items()
+            if of_first is not None  # a rigid link has no points along it
+        }
         period = self.loop.period
         return Motion(
             plant=self.body.plant.name,

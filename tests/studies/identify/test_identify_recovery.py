@@ -14,14 +14,14 @@ from mujoco import minimize
 
 from flexsim import Parameters, Robot, drive, setting
 from flexsim.arm.free_arm import clamped_frequencies
-from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.hardware import HARDWARE, overridden
 from studies.experiment.coverage import Draws, coverage
 from studies.experiment.synthetic import logged, sigmas
 from studies.experiment.torques import Band, shapes
 from studies.identify.estimates import LEAST_SQUARES, Search, identified, left_one_out, model_shift
 from studies.identify.fit import fit
 from studies.identify.names import free_numbers, robot_with, values_at
-from studies.identify.records import Record
+from studies.identify.records import STRAINS, Record, noise_of
 from studies.identify.residuals import Problem
 from studies.identify.simulated import Model
 from studies.main import main
@@ -65,6 +65,30 @@ def test_exact_logs_of_the_same_model_give_its_numbers(plant: str) -> None:
     found = fit(problem, starts=1, seed=1)
     for name, value in values_at(problem.model.free, found.z[:4]).items():
         assert value == pytest.approx(TRUTH[name], rel=EXACT), name
+
+
+@pytest.mark.parametrize("plant", ["assumed-modes", "closed-chain"])
+def test_strains_tell_a_bridges_gain(plant: str) -> None:
+    """As `drive` reads them, with the gain error that the hardware has; EI another, too."""
+    built = overridden("bridges", hardware_with=("bridge_gain=0.05,0", "bridge_filter=0"), seed=4)
+    chosen, tau = setting("none", built), torque()
+    motion = drive(robot_of({"EI": 0.40}).plant("closed-chain", chosen), chosen, tau, PERIOD, THETA)
+    signals = ("theta1", "theta2", "v", *STRAINS)
+    assert motion.sensed is not None
+    values = np.column_stack([motion.measured, motion.sensed[:, :2]])[: len(tau)]
+    record = Record("log", PERIOD, tau, motion.time[: len(tau)], signals, values)
+    free = free_numbers("EI,gain.strain1,gain.strain2,offset.strain2", Robot(), chosen)
+    model = Model(Robot(), plant, chosen, free)
+    problem = Problem(model, (record,), (noise_of(record),), "rest", 2)
+    rows = {row.name: row for row in identified(problem, SEARCH, "").rows}
+    for name, true in (
+        ("EI", 0.40),
+        ("gain.strain1", 1.05),
+        ("gain.strain2", 1.0),
+        ("offset.strain2", built.sensing.bridge_offset[1]),
+    ):
+        assert rows[name].low <= true <= rows[name].high, rows[name]
+    assert rows["gain.strain1"].high - rows["gain.strain1"].low < 0.02  # tells 1.05 from 1
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ def test_options(complete: Callable[[str], set[str]]) -> None:
 def test_values(complete: Callable[[str], set[str]]) -> None:
     assert complete("stability --controllers line figure-") == {"figure-3", "figure-4", "figure-5"}
     assert complete("compare --hardware ") == {*HARDWARE, "own"}
-    assert complete("compare --hardware=b") == {"bench"}
+    assert complete("compare --hardware=be") == {"bench"}
     assert complete("compare --json --plants chain cl") == {"closed-chain"}
     assert complete("compare --plants chain:5 cl") == {"closed-chain"}
     assert "closed-chain" not in complete("compare --plants chain rod cl")
