@@ -101,7 +101,8 @@ class Model:
         """
         sensing = self.setting.hardware.sensing
         rows = plant.curvature_rows(places_of(self.setting.hardware, plant))
-        return np.array(sensing.bridge_distance)[:, None] * rows
+        found: Array = sensing.bridge_distance * rows
+        return found
 
     def signals(self, values: Mapping[str, float], record: Record, start: Array) -> Array:
         """Return a record's signals (N, S) as the model has them; arguments as of `moved`.

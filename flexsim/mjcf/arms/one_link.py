@@ -93,7 +93,7 @@ def _header(design: ChainDesign, timestep: float) -> str:
   <!--
     One flexible link: a beam clamped to a hub on a motor, on a stand that does not move. The beam
     is a rigid root piece and {design.segments} rigid segments, joined by hinges with springs.
-    Written by `flexsim chain --arm one-link`. SI units. Numbers in brackets are the paper's
+    Written by flexsim chain, arm one-link. SI units. Numbers in brackets are the paper's
     equations for the same quantity; models/README.md has where each number is from.
   -->
   <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
