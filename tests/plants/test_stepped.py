@@ -44,6 +44,7 @@ FILES = {
     "Euler": edited('integrator="RK4"', 'integrator="Euler"', EDITS["16 segments"]),
     "implicitfast": edited('integrator="RK4"', 'integrator="implicitfast"', EDITS["16 segments"]),
 }
+AS_THEY_ARE = ("one_link",)  # its joint 1 is not in the text that a slim copy is made of
 TOUCHING = edited('contact="disable" ', "").replace(
     'material="tip"/>', 'material="tip" contype="1" conaffinity="1"/>'
 )
@@ -78,7 +79,7 @@ def is_slim(model: mujoco.MjModel) -> bool:
 @pytest.mark.parametrize("name", FILES)
 def test_it_moves_as_the_file_does_and_shows_nothing(name: str) -> None:
     arm = load_arm(text=FILES[name])
-    assert is_slim(copy_of(arm)) and not is_slim(arm.model)
+    assert is_slim(copy_of(arm)) == (name not in AS_THEY_ARE) and not is_slim(arm.model)
     assert is_the_same(arm)
 
 

@@ -23,6 +23,8 @@ from flexsim.plants.two_flexible.beams_plant import TwoBeamsPlant
 from flexsim.plants.two_flexible.chains_plant import TwoChainsPlant
 from flexsim.robot import Robot
 
+pytestmark = pytest.mark.slow  # minutes under load
+
 FILE = Path(__file__).parents[2] / "models" / "two_flexible.xml"
 NONE = setting("none")
 START = (0.2, 1.2)  # [rad]

@@ -40,6 +40,8 @@ from studies.laboratory.together import CAP, indices, sizes_from
 from studies.run.sensitivity import sobol_indices
 from studies.spec.draws import saltelli_samples
 
+pytestmark = pytest.mark.slow  # minutes under load
+
 CASES = 4
 PAPER = np.array([3.3125, 1.5, 3.0, 42 / 33])  # Table 3: 53/16, 21/14, 18/6, 42/33
 DRAWS = 4000

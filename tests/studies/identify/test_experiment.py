@@ -11,6 +11,8 @@ import pytest
 from studies.experiment.torques import KINDS, Band, balanced, shapes
 from studies.main import main
 
+pytestmark = pytest.mark.slow  # minutes under load
+
 PUSH = 1e-9  # relative, of what is balanced
 
 
