@@ -33,6 +33,7 @@ from studies.ladder.report import MS, ROUNDING
 from studies.ladder.rows import IntegratorRow, LadderResult, PlantRow, tip
 
 HEIGHT = 90.0  # [mm]
+PAD = 1.0  # pixels around a size
 MARKERS = {
     **{"rigid": "D", "assumed-modes": "o", "printed": "X"},
     **{"chain": "s", "untuned": "^", "rule-of-thumb": "v"},
@@ -76,9 +77,24 @@ def cost_figure(result: LadderResult) -> Figure:
     panels[0].set_ylabel("rms distance of the tip from the reference [m]")
     caption = (
         "Error of the driven tip over the cost on one core, small and large torques, against "
-        f"{result.reference.name}. Numbers beside the marks: modes or segments."
+        f"{result.reference.name}. Numbers beside some marks: modes or segments."
     )
-    return finish(figure, panels, legend=4, caption=caption)
+    made = finish(figure, panels, legend=4, caption=caption)
+    for axes in panels:
+        _leave_out_covered(made, axes)
+    return made
+
+
+def _leave_out_covered(figure: Figure, axes: Axes) -> None:
+    """Hide sizes that would cover one before: costs are measured, places differ from run to run."""
+    figure.canvas.draw()
+    kept: list[Any] = []
+    for text in axes.texts:
+        box = text.get_window_extent().padded(PAD)
+        if any(box.overlaps(other) for other in kept):
+            text.set_visible(False)
+        else:
+            kept.append(box)
 
 
 def _series(axes: Axes, rows: Sequence[PlantRow], torque: str) -> None:
