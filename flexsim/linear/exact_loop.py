@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from flexsim.arm.arms import Arm, FirstLink
 from flexsim.arm.parameters import Parameters
 from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, SampledPlant, radii_of, sampled_plant
@@ -26,7 +27,9 @@ from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.step_limits import SHORTEST_STEP
 from flexsim.numerics.types import Array
+from flexsim.plants.base import Plant
 from flexsim.plants.modes_plant import AssumedModesPlant
+from flexsim.plants.two_flexible.beams_plant import TwoBeamsPlant
 
 EXACT_MODES = 12
 EXACT_POSES = (0.8, 1.5, 2.2)  # [rad] theta2, over what our trajectories go through
@@ -37,18 +40,26 @@ NO_FRICTION: Slope = ((1.0, 1.0), (0.0, 0.0))
 
 
 @lru_cache(maxsize=16)
-def exact_plant(parameters: Parameters, modes: int = EXACT_MODES) -> AssumedModesPlant:
-    """Return the beam of many modes; it is not for stepping.
+def exact_plant(
+    parameters: Parameters, modes: int = EXACT_MODES, link1: FirstLink | None = None
+) -> Plant:
+    """Return the beam of many modes, or two where link 1 bends; it is not for stepping.
 
     Raises:
         ParameterError: the number of modes is out of range.
     """
+    if link1 is not None:
+        return TwoBeamsPlant(Arm(parameters, link1), modes, SHORTEST_STEP, "exact")
     return AssumedModesPlant(parameters, modes, SHORTEST_STEP, name="exact")
 
 
 @lru_cache(maxsize=256)
 def exact_sampled(
-    parameters: Parameters, theta2: float, options: LoopOptions, modes: int = EXACT_MODES
+    parameters: Parameters,
+    theta2: float,
+    options: LoopOptions,
+    modes: int = EXACT_MODES,
+    link1: FirstLink | None = None,
 ) -> SampledPlant:
     """Return the exact plant at a pose over one period, whatever hold the options name.
 
@@ -58,7 +69,8 @@ def exact_sampled(
     Raises:
         ParameterError: the pose or an option cannot be used.
     """
-    return sampled_plant(exact_plant(parameters, modes), theta2, replace(options, hold="exact"))
+    exact = exact_plant(parameters, modes, link1)
+    return sampled_plant(exact, theta2, replace(options, hold="exact"))
 
 
 def exact_loops(
@@ -70,6 +82,7 @@ def exact_loops(
     hardware: Hardware = IDEAL,
     modes: int = EXACT_MODES,
     v_gain: float = V_GAIN,
+    link1: FirstLink | None = None,
 ) -> tuple[SampledPlant, ...]:
     """Return the exact plants of every pose, delay and slope of friction, computed once.
 
@@ -77,6 +90,7 @@ def exact_loops(
         parameters: the robot, with damping and payload. poses: theta2 [rad].
         delays: whole samples beside the hardware's own. slopes: of friction, see `small_signal`.
         hardware: of which delay and lag count. v_gain: factor of atan(v/(r+L)), -1 in the paper.
+        link1: its beam, where link 1 bends as well; as many modes then of each link.
 
     Raises:
         ParameterError: a number out of range.
@@ -93,7 +107,9 @@ def exact_loops(
         for gain, damping in slopes
     ]
     at = [float(pose) for pose in poses]
-    return tuple(exact_sampled(parameters, pose, each, modes) for each in options for pose in at)
+    return tuple(
+        exact_sampled(parameters, pose, each, modes, link1) for each in options for pose in at
+    )
 
 
 def exact_growth(loops: Iterable[SampledPlant], controllers: Controllers) -> Array:

@@ -5,16 +5,17 @@
 
 The file may be edited, as long as it stays the two-link arm: hinges `joint1`, `joint2` and a
 chain of hinges from the hub on, sites `hub` and `tip`, motors `motor1`, `motor2`, all in a plane.
+Where link 1 bends as well there are hinges between `joint1` and `joint2`, too.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsim.mjcf.arm_file import (
     ArmFile,
@@ -29,30 +30,45 @@ from flexsim.mjcf.arm_file import (
 from flexsim.mjcf.own_motion import require_steady
 from flexsim.mjcf.reading.geometry import straight
 from flexsim.mjcf.reading.names import Names
+from flexsim.mjcf.reading.second_beam import bends_twice
 from flexsim.numerics.step_limits import POSES
 from flexsim.numerics.types import Array
+
+TWO_CHAINS = "two-chains"  # what is checked where link 1 bends as well
 
 
 @dataclass(frozen=True, eq=False)
 class ChainModel(ArmFile):
     """A compiled MJCF file of a chain, with its geometry.
 
+    Coordinates are joint 1, joint 2, then the hinges from joint 1 on, whatever the file's order is.
+
     Attributes:
         model, text, source, L_R, clamp: see `ArmFile`.
+        link1: lengths (second,) of link 1's pieces, from joint 1 on [m]: one, unless it bends.
         root: from joint 2 to the first hinge [m]; lengths: (N,) of the segments [m].
     """
 
     kind = "chain"
 
+    link1: Array
     root: float
     lengths: Array
 
-    second: ClassVar[int] = 1  # joint 2 comes next to joint 1: link 1 is rigid
+    @property
+    def second(self) -> int:
+        """Place of joint 2 in the file's order of joints: 1, or behind the hinges of link 1."""
+        return len(self.link1)
 
     @property
-    def link1(self) -> Array:
-        """Lengths (1,) of the pieces of link 1 [m]."""
-        return np.array([self.L_R])
+    def bends_twice(self) -> bool:
+        """Whether link 1 bends as well."""
+        return self.second > 1
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """For each coordinate, which joint of the file it is (m,)."""
+        return joint_order(self.model.njnt, self.second)
 
     @property
     def reach(self) -> float:
@@ -67,7 +83,7 @@ class ChainModel(ArmFile):
 
     def motion(self, theta2: float) -> Motion:
         """Return M, D, K (nv, nv) of joint and hinge angles; see `ArmFile`."""
-        return chain_motion(self.model, theta2)
+        return chain_motion(self.model, theta2, self.second)
 
 
 def load_chain(
@@ -87,14 +103,21 @@ def load_chain(
 
 def chain_of(given: Given) -> ChainModel:
     """Return the chain of MJCF; see `load_chain`."""
-    source, text, _, model = read_arm("chain", given)
+    source, text, _, model = read_arm(TWO_CHAINS if bends_twice(given.text) else "chain", given)
     data = straight(model)
     x = np.append(data.xanchor[:, 0], data.site("tip").xpos[0])  # joints, hinges, tip
-    lengths = np.diff(x)
+    lengths, second = np.diff(x), model.joint("joint2").id
     piece = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "root")
-    clamp = float(data.xpos[piece][0] - x[1]) if piece >= 0 else float(lengths[1])
+    clamp = float(data.xpos[piece][0] - x[second]) if piece >= 0 else float(lengths[second])
     chain = ChainModel(
-        model, text, source, float(lengths[0]), clamp, float(lengths[1]), lengths[2:].copy()
+        model,
+        text,
+        source,
+        float(lengths[0] if second == 1 else x[second]),
+        clamp,
+        lengths[:second].copy(),
+        float(lengths[second]),
+        lengths[second + 1 :].copy(),
     )
     require_stable_step(chain)
     require_steady(chain)
@@ -127,11 +150,21 @@ def motor_matrix(model: mujoco.MjModel) -> Array:
     return S
 
 
-def chain_motion(model: mujoco.MjModel, theta2: float) -> Motion:
-    """Return M, D, K (nv, nv) of small motions about rest, joints free, at theta2 [rad]."""
-    pose = np.zeros(model.nq)
-    pose[1] = theta2
-    return mass_matrix(model, pose), np.diag(model.dof_damping), stiffness_matrix(model)
+def joint_order(joints: int, second: int) -> NDArray[np.intp]:
+    """Return for each coordinate which of the file's joints it is, joint 2 at place `second`."""
+    others = np.delete(np.arange(joints), [0, second])
+    return np.concatenate([[0, second], others])
+
+
+def chain_motion(model: mujoco.MjModel, theta2: float, second: int = 1) -> Motion:
+    """Return M, D, K (nv, nv) of small motions about rest, joints free, at theta2 [rad].
+
+    second: place of joint 2 among the joints; coordinates are as those of a `ChainModel`.
+    """
+    order, pose = joint_order(model.njnt, second), np.zeros(model.nq)
+    pose[second] = theta2
+    M = mass_matrix(model, pose)[np.ix_(order, order)]
+    return M, np.diag(model.dof_damping[order]), np.diag(model.jnt_stiffness[order])
 
 
 def highest_frequency(model: mujoco.MjModel) -> float:
@@ -144,6 +177,7 @@ def highest_frequency(model: mujoco.MjModel) -> float:
 
 def longest_step(model: mujoco.MjModel) -> float | None:
     """Return the step below which the model's integrator is stable [s], None if at any step."""
-    motions = [chain_motion(model, float(pose)) for pose in POSES]
-    longest = longest_of(model, motions, np.diag(model.dof_damping))
+    second = model.joint("joint2").id
+    motions = [chain_motion(model, float(pose), second) for pose in POSES]
+    longest = longest_of(model, motions, motions[0][1])
     return longest if np.isfinite(longest) else None

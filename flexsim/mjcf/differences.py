@@ -4,7 +4,8 @@
     [Difference(element='segment6', attribute='mass [kg]', default='0.0121039', yours='0.0621039')]
 
 The default is the tuned chain of the default robot with as many segments as the file, so that
-another number of them is one difference, not a hundred.
+another number of them is one difference, not a hundred; of a file of one link on a stand, or of two
+that bend, that of the arm of ours of this kind.
 """
 
 from __future__ import annotations
@@ -17,8 +18,12 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from flexsim.arm.arms import named_arm
 from flexsim.arm.chain_design import SEGMENTS, SEGMENTS_LEAST, SEGMENTS_MOST
+from flexsim.arm.locked import LOCKED
 from flexsim.arm.parameters import Parameters
+from flexsim.mjcf.arms.one_link import designed_one_link
+from flexsim.mjcf.arms.two_chains import designed_two_chains
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.designed import designed_chain, designed_rod
@@ -97,14 +102,22 @@ def _of_rod(rod: RodModel) -> list[Difference]:
     return _shared(found + list(_changed(dict(_values(default.model)), dict(_values(rod.model)))))
 
 
+def arm_like(arm: ChainModel | RodModel) -> str:
+    """Return the name of the arm of ours that a file is held against."""
+    if isinstance(arm, ChainModel) and arm.bends_twice:
+        return "two-flexible"
+    return "one-link" if arm.model.dof_armature[0] >= LOCKED else "paper"
+
+
 def _of_chain(chain: ChainModel) -> list[Difference]:
-    segments = len(chain.lengths)
+    segments, name = len(chain.lengths), arm_like(chain)
     tunable = SEGMENTS_LEAST <= segments <= SEGMENTS_MOST
-    default = _default(segments if tunable else SEGMENTS)
+    default = _default(segments if tunable else SEGMENTS, name)
     found = []
     if segments != SEGMENTS:
         found.append(Difference("beam", "segments", str(SEGMENTS), str(segments)))
-    found += _beam(parameters_of(default), parameters_of(chain))
+    if not chain.bends_twice:
+        found += _beam(parameters_of(default), parameters_of(chain))
     usual, own = dict(_values(default.model)), dict(_values(chain.model))
     if segments != SEGMENTS:
         usual[("option", "timestep [s]")] = np.array([1e-3])
@@ -113,9 +126,13 @@ def _of_chain(chain: ChainModel) -> list[Difference]:
 
 
 @lru_cache
-def _default(segments: int) -> ChainModel:
-    """Return the tuned chain of the default robot; tuning it takes a while."""
-    return designed_chain(Parameters(), segments)
+def _default(segments: int, name: str) -> ChainModel:
+    """Return the tuned chain of an arm of ours; tuning it takes a while."""
+    arm = named_arm(name)
+    if arm.link1 is not None:
+        return designed_two_chains(arm, (segments, segments))
+    make = designed_one_link if name == "one-link" else designed_chain
+    return make(arm.parameters, segments)
 
 
 def _beam(usual: Parameters, own: Parameters) -> Iterator[Difference]:

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsim.arm.locked import LOCKED, which_locked
 from flexsim.errors import ParameterError
@@ -68,7 +69,7 @@ def changed(
 def with_motors(arm: Arm, I_m1: float | None, I_m2: float | None) -> Arm:
     """Return a copy of a chain or rod, with other armatures of its joints where given [kg m2]."""
     model = copy.copy(arm.model)
-    for dof, inertia in enumerate((I_m1, I_m2)):
+    for dof, inertia in zip(_driven(model), (I_m1, I_m2), strict=True):
         if inertia is not None:
             model.dof_armature[dof] = inertia
     mujoco.mj_setConst(model, mujoco.MjData(model))
@@ -84,16 +85,22 @@ def with_locked(arm: Arm, joints: Iterable[str]) -> Arm:
     Raises:
         ParameterError: there is no joint of that name.
     """
-    dofs = np.flatnonzero(which_locked(joints))
     model = copy.copy(arm.model)
+    driven = _driven(model)
+    dofs = driven[np.flatnonzero(which_locked(joints))]
     mean = float(model.stat.meaninertia)  # of the mass matrix's diagonal, as the file has it
-    before = mean + model.dof_armature[:2].sum() / model.nv
+    before = mean + model.dof_armature[driven].sum() / model.nv
     model.dof_armature[dofs] = LOCKED
     model.jnt_limited[dofs] = False
     model.dof_frictionloss[dofs] = 0.0
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    model.opt.tolerance *= before / (mean + model.dof_armature[:2].sum() / model.nv)
+    model.opt.tolerance *= before / (mean + model.dof_armature[driven].sum() / model.nv)
     return replace(arm, model=model)
+
+
+def _driven(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return which degrees of freedom joints 1 and 2 are (2,)."""
+    return np.array([0, model.joint("joint2").id])
 
 
 def stepped(chain: Arm, integrator: str, step: float) -> Arm:

@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexsim.mjcf.arm_file import Given, given_text
-from flexsim.mjcf.arms.two_chains import TwoChains, bends_twice, two_chains_of
 from flexsim.mjcf.chain_file import ChainModel, chain_of
 from flexsim.mjcf.edits import with_locked
 from flexsim.mjcf.reading.held_joint import has_no_joint1, with_joint1
@@ -21,7 +20,7 @@ from flexsim.mjcf.rod_file import RodModel, rod_of
 
 def load_arm(
     path: str | Path | None = None, text: str | None = None, names: Names | None = None
-) -> ChainModel | RodModel | TwoChains:
+) -> ChainModel | RodModel:
     """Return the arm of an MJCF file, or of its text: a rod's where it has a flex, else a chain's.
 
     A file whose hub is on a body without a joint is an arm of one link, its joint 1 locked; one
@@ -33,8 +32,6 @@ def load_arm(
     given = given_text(path, text, names)
     if is_rod(given.text):
         return rod_of(given)
-    if bends_twice(given.text):
-        return two_chains_of(given)
     if not has_no_joint1(given.text):
         return chain_of(given)
     free = chain_of(Given(given.source, with_joint1(given.text)))

@@ -1,6 +1,9 @@
 """The MuJoCo chain as a plant, stepped by `mj_step`.
 
 >>> plant = ChainPlant.designed(Parameters(), segments=6)
+
+A state has joint 1 and joint 2 first, then the hinges, those of a link 1 that bends before those of
+the beam.
 """
 
 from __future__ import annotations
@@ -24,9 +27,7 @@ from flexsim.errors import ModelError
 from flexsim.mjcf.arms.one_link import designed_one_link, stands_still
 from flexsim.mjcf.chain_file import (
     ChainModel,
-    mass_matrix,
     motor_matrix,
-    stiffness_matrix,
 )
 from flexsim.mjcf.designed import designed_chain
 from flexsim.mjcf.edits import with_locked, without_damping
@@ -41,6 +42,7 @@ from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.curvature import curvature_of_chain
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
+from flexsim.plants.two_flexible.geometry import Bent, in_world as both_in_world
 
 GAUSS_POINTS = 24  # to a segment: modes 1 to 3 times a line, to rounding
 
@@ -123,17 +125,35 @@ class ChainPlant:
         """Return what states (K, 2 nq) look like; modal: the shape projected on the modes (15)."""
         c, nq = self.chain, self.chain.model.nq
         along, across = self.shape(states)  # (K, N+2) clamp, hinges, tip
-        theta = states[:, :2]
+        link1, beam = self._in_world(states, along, across)
         return Observation(
-            joint=theta.copy(),
+            joint=states[:, :2].copy(),
             v=across[:, -1].copy(),
-            tip=in_world(c.L_R, theta, along[:, -1:], across[:, -1:])[:, 0],
+            tip=beam[:, -1].copy(),
             modal=product(across, self.projection(MODES_SHOWN).T),
-            energy=_energies(c.model, states[:, :nq], states[:, nq:])
+            energy=_energies(c.model, *(self._in_file(each) for each in np.split(states, [nq], 1)))
             if energy
             else np.full(len(states), np.nan),
-            beam=in_world(c.L_R, theta, along, across),
+            beam=beam,
+            link1=link1,
         )
+
+    def _in_world(self, states: Array, along: Array, across: Array) -> tuple[Array | None, Array]:
+        """Return link 1's nodes, if it bends, and the beam's (K, N+2, 2) in the world [m]."""
+        c, theta = self.chain, states[:, :2]
+        if not c.bends_twice:
+            return None, in_world(c.L_R, theta, along, across)
+        of_link1 = np.cumsum(states[:, 2 : c.second + 1], axis=1)  # (K, N1)
+        first = Bent(*_nodes(of_link1, 0.0, float(c.link1[0]), c.link1[1:]), of_link1[:, -1])
+        return both_in_world(theta, first, Bent(along, across, np.zeros(len(theta))))
+
+    def _in_file(self, values: Array) -> Array:
+        """Return values of the coordinates (..., m) in the file's order of joints."""
+        if not self.chain.bends_twice:
+            return values
+        placed = np.empty_like(values)
+        placed[..., self.chain.order] = values
+        return placed
 
     def deflection(self, q: Array) -> tuple[Array, Array]:
         """Return the tip along and across the hub's axis (K,), (K,) at positions (K, nq) [m]."""
@@ -143,7 +163,7 @@ class ChainPlant:
     def curvature_rows(self, places: ArrayLike) -> Array:
         """Return the rows (P, m) of the beam's curvature at places; see `Plant`."""
         bent = curvature_of_chain(self.chain, self.parameters, places)
-        return np.hstack([np.zeros((len(bent), 2)), bent])
+        return np.hstack([np.zeros((len(bent), self.chain.second + 1)), bent])
 
     @property
     def bridge_sites(self) -> tuple[float, float] | None:
@@ -156,28 +176,22 @@ class ChainPlant:
         Raises:
             ModelError: the file has dry friction, a limit or the like, named.
         """
-        require_linear(self.chain, joint_springs=True)
-        model = self.chain.model
-        pose = self.rest_state((0.0, theta2))[: model.nq]
-        lever = np.cumsum(self.chain.lengths[::-1])[::-1]  # from each hinge to the tip
-        return LinearPlant(
-            mass_matrix(model, pose),
-            np.diag(model.dof_damping),
-            stiffness_matrix(model),
-            motor_matrix(model),
-            np.concatenate([[0.0, 0.0], lever]),
-            float(theta2),
-        )
+        c = self.chain
+        require_linear(c, joint_springs=True)
+        lever = np.cumsum(c.lengths[::-1])[::-1]  # from each hinge to the tip
+        tip = np.concatenate([np.zeros(c.second + 1), lever])
+        return LinearPlant(*c.motion(theta2), motor_matrix(c.model), tip, float(theta2))
 
     def needed_force(self, q: Array, w: Array, a: Array) -> Array:
         """Return the generalised forces (K, nv) that a motion needs; see `Plant`."""
         model, force = self.chain.model, np.empty_like(q)
-        data = mujoco.MjData(model)
+        data, order = mujoco.MjData(model), self.chain.order
+        placed = [self._in_file(each) for each in (q, w, a)]
         for k in range(len(q)):
-            data.qpos[:], data.qvel[:], data.qacc[:] = q[k], w[k], a[k]
+            data.qpos[:], data.qvel[:], data.qacc[:] = (each[k] for each in placed)
             with quiet_warnings():
                 mujoco.mj_inverse(model, data)
-            force[k] = data.qfrc_inverse
+            force[k] = data.qfrc_inverse[order]
         return force
 
     def undamped(self) -> Self:
@@ -191,13 +205,8 @@ class ChainPlant:
     def shape(self, states: Array) -> tuple[Array, Array]:
         """Return positions along and across the hub's axis (K, N+2) of clamp, hinges, tip [m]."""
         c = self.chain
-        angle = np.cumsum(states[:, 2 : c.model.nq], axis=1)
-        ends = np.zeros((len(states), 2))
-        along = np.hstack(
-            [ends + np.array([c.clamp, c.root]), c.root + np.cumsum(c.lengths * cos(angle), 1)]
-        )
-        across = np.hstack([ends, np.cumsum(c.lengths * sin(angle), axis=1)])
-        return along, across
+        angle = np.cumsum(states[:, c.second + 1 : c.model.nq], axis=1)
+        return _nodes(angle, c.clamp, c.root, c.lengths)
 
     def projection(self, n: int) -> Array:
         """Return the matrix (n, N+2) from transverse positions to modal coordinates.
@@ -221,6 +230,17 @@ class ChainPlant:
         matrix[:, -1] += turned
         matrix[:, -2] -= turned
         return matrix
+
+
+def _nodes(angle: Array, start: float, root: float, lengths: Array) -> tuple[Array, Array]:
+    """Return a chain's nodes along and across (K, N+2) [m]: start, end of the root piece, the rest.
+
+    angle: (K, N) of its segments to the root piece [rad]. lengths: (N,) of them [m].
+    """
+    ends = np.zeros((len(angle), 2))
+    along = np.hstack([ends + np.array([start, root]), root + np.cumsum(lengths * cos(angle), 1)])
+    across = np.hstack([ends, np.cumsum(lengths * sin(angle), axis=1)])
+    return along, across
 
 
 def _energies(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:

@@ -24,7 +24,6 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
-from flexsim.mjcf.arms.two_chains import TwoChains
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.reading.linear_checks import require_linear
 from flexsim.numerics.jit import jit
@@ -64,7 +63,7 @@ class ClosedChain(NamedTuple):
     link1: Array
 
 
-def closed_form(chain: ChainModel | TwoChains) -> ClosedChain:
+def closed_form(chain: ChainModel) -> ClosedChain:
     """Return a chain's coefficients, read from the file as MuJoCo compiled it.
 
     Raises:

@@ -67,14 +67,14 @@ def curvature_of_chain(chain: ChainModel, parameters: Parameters, places: ArrayL
         ParameterError: a place off the beam, or a single hinge. ModelError: springs that rest at
             an angle.
     """
-    model = chain.model
-    if model.qpos_spring[2:].any():
+    model, N = chain.model, len(chain.lengths)
+    if model.qpos_spring[-N:].any():
         raise ModelError(
             f"{chain.source}: hinges of the beam rest at an angle, of which strain bridges know "
             "nothing; give springref 0"
         )
     s = on_beam(places, chain.reach - chain.clamp)
-    turning = model.jnt_stiffness[2:] / parameters.EI
+    turning = model.jnt_stiffness[-N:] / parameters.EI
     rows: Array = between(chain.hinges, chain.reach - chain.clamp, parameters, s) * turning
     return rows
 

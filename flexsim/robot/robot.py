@@ -26,7 +26,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.followed import require_followed
 from flexsim.loop.settings import Setting
 from flexsim.mjcf.arm_file import ArmFile
-from flexsim.mjcf.arms.two_chains import TwoChains, straight_parameters
+from flexsim.mjcf.arms.two_chains import straight_parameters
 from flexsim.mjcf.as_parameters import parameters_of, parameters_of_rod
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.edits import Arm, changed, with_motors
@@ -47,6 +47,7 @@ from flexsim.robot.plant_names import plant_kind
 from flexsim.robot.two_flexible_arm import changed_arm, two_flexible_plant
 
 BEAMS = ("file", "analytic")
+FOR_TWO = "flexsim modes, drive, follow, tune or animate"  # what takes an arm whose links both bend
 ZETA_MOST = 0.5  # of what a command is given: more is a percentage, not a fraction
 
 
@@ -63,8 +64,8 @@ class Robot:
         modal_damping: (n,) ratios of the assumed modes, one by one, instead of the parameters'
             `zeta`, which is then the first of them and what chains and rods have: in those the
             ratios grow with the frequency, whatever mode 2 is asked to have.
-        link1: the beam that link 1 is, where it bends; two_chains: the checked MJCF file of such an
-            arm that is the robot instead. Its plants are those of `flexsim.robot.two_flexible_arm`.
+        link1: the beam that link 1 is, where it bends; a file may have hinges there instead. Plants
+            of such an arm are those of `flexsim.robot.two_flexible_arm`.
     """
 
     parameters: Parameters = field(default_factory=Parameters)
@@ -73,7 +74,6 @@ class Robot:
     rod: RodModel | None = None
     modal_damping: tuple[float, ...] = ()
     link1: FirstLink | None = None
-    two_chains: TwoChains | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.modal_damping, tuple | list):
@@ -99,13 +99,14 @@ class Robot:
     @property
     def both_bend(self) -> bool:
         """Whether link 1 bends, too."""
-        return self.link1 is not None or self.two_chains is not None
+        return self.link1 is not None or (self.file is not None and self.file.bends_twice)
 
     def _require_rigid_link1(self) -> None:
         if self.both_bend:
+            which = "--arm two-flexible" if self.file is None else self.file.source
             raise ParameterError(
-                "link 1 of this arm bends, too, which is not asked of here: flexsim drive, follow, "
-                "modes and tune take it; leave out --arm two-flexible, or the --mjcf of one"
+                f"link 1 of {which} bends, too, which this command has no model of; give it to "
+                f"{FOR_TWO}, or leave it out here"
             )
 
     @classmethod
@@ -150,15 +151,15 @@ class Robot:
         if parameters not in (None, Parameters()):
             raise ParameterError("--robot and --mjcf contradict each other: the file is the robot")
         arm = load_arm(mjcf, text, names)
-        if isinstance(arm, TwoChains):
-            if beam != "file" or modal_damping:
-                option = "--modal-damping" if modal_damping else f"--beam {beam}"
-                raise ParameterError(
-                    f"{option} has no effect on {arm.source}, whose links both bend; leave it out"
-                )
-            return cls(straight_parameters(arm), two_chains=arm)
         if isinstance(arm, RodModel):
             return cls(parameters_of_rod(arm), None, beam, arm, modal_damping)
+        if arm.bends_twice:
+            if beam != "file":
+                raise ParameterError(
+                    f"--beam {beam} has no effect on {arm.source}, whose links both bend; leave it "
+                    "out"
+                )
+            return cls(straight_parameters(arm), arm, beam, None, modal_damping)
         return cls(parameters_of(arm), arm, beam, None, modal_damping)
 
     @classmethod
@@ -311,7 +312,8 @@ class Robot:
         if self.both_bend:
             own_arm = NamedArm(self._parameters(setting), self.link1)
             sizes, steps = (modes, segments), (step, chain_step)
-            return two_flexible_plant(name, own_arm, self.two_chains, setting, sizes, steps)
+            file = _with_motors(self.file, setting)
+            return two_flexible_plant(name, own_arm, file, setting, sizes, steps)
         kind, size = plant_kind(name)
         if kind == "rigid":
             return self.modes_plant(setting, 0, step, name=name)

@@ -11,12 +11,13 @@ from flexsim.arm.arms import Arm, FirstLink
 from flexsim.arm.chain_design import SEGMENTS
 from flexsim.errors import ParameterError
 from flexsim.loop.settings import Setting
-from flexsim.mjcf.arms.two_chains import TwoChains
+from flexsim.mjcf.arms.two_chains import designed_two_chains
+from flexsim.mjcf.chain_file import ChainModel
 from flexsim.numerics.step_limits import SHORTEST_STEP, halved
 from flexsim.plants.base import Plant
+from flexsim.plants.chain_plant import ChainPlant, ClosedChainPlant
 from flexsim.plants.two_flexible.beams_plant import TwoBeamsPlant
-from flexsim.plants.two_flexible.chains_plant import ClosedTwoChainsPlant, TwoChainsPlant
-from flexsim.robot.held_friction import steepest, too_long
+from flexsim.robot.held_friction import shortened, steepest, too_long
 from flexsim.robot.plant_names import plant_kind
 
 PLANTS = "assumed-modes[:n], chain[:N] or closed-chain[:N]"
@@ -25,7 +26,7 @@ PLANTS = "assumed-modes[:n], chain[:N] or closed-chain[:N]"
 def two_flexible_plant(
     name: str,
     arm: Arm,
-    file: TwoChains | None,
+    file: ChainModel | None,
     setting: Setting | None,
     sizes: tuple[int, int | None],
     steps: tuple[float | None, float | None],
@@ -52,12 +53,17 @@ def two_flexible_plant(
                 "chain or closed-chain, or --arm two-flexible"
             )
         return _beams(name, arm, size or sizes[0], setting, steps[0])
-    kinds = {"chain": TwoChainsPlant, "closed-chain": ClosedTwoChainsPlant}
+    its = ChainPlant if kind == "chain" else ClosedChainPlant
     if file is not None:
         _require_its_own(file, size or sizes[1], steps[1])
-        return kinds[kind](arm.parameters, file, name)
+        shortened(file, setting, file.step)
+        return its(arm.parameters, file, name)
     segments = size or sizes[1] or SEGMENTS
-    return kinds[kind].designed(arm, (segments, segments), steps[1], name)
+    chain = designed_two_chains(arm, (segments, segments), steps[1])
+    shorter = shortened(chain, setting, steps[1])
+    if shorter is not None:
+        chain = designed_two_chains(arm, (segments, segments), shorter)
+    return its(arm.parameters, chain, name)
 
 
 def _beams(
@@ -73,7 +79,7 @@ def _beams(
     return plant
 
 
-def _require_its_own(file: TwoChains, segments: int | None, step: float | None) -> None:
+def _require_its_own(file: ChainModel, segments: int | None, step: float | None) -> None:
     """Refuse numbers that are given otherwise than a file has them; None is not given."""
     for what, value, its in (
         ("segments", segments, len(file.lengths)),

@@ -125,8 +125,8 @@ def scene_of(config: AnimateConfig, found: list[Followed]) -> Scene:
     for name, look, each in zip(names, looks, found, strict=True):
         if not len(each.motion.time):
             raise ParameterError(f"the loop of {name} diverges at once; there is nothing to show")
-        first = each.motion.joint[:, 0]
-        elbow = L_R * np.stack([cos(first), sin(first)], axis=-1)
+        first, bent = each.motion.joint[:, 0], each.motion.link1
+        elbow = L_R * np.stack([cos(first), sin(first)], axis=-1) if bent is None else bent[:, -1]
         arms.append(Arm(name, each.motion, elbow, look))
     reference = found[0].reference
     words = f"{found[0].path.name} by {label_of(found[0].controller)}, {config.setting}"

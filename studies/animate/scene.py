@@ -34,7 +34,7 @@ REFERENCE: dict[str, Any] = {"color": "0.8", "linewidth": 4.0}
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A motion and how it is drawn; joint 2 at `elbow` (K, 2) [m]."""
+    """A motion and how it is drawn; joint 2 at `elbow` (K, 2) [m]; link 1 as it bends, if so."""
 
     name: str
     motion: Motion
@@ -45,6 +45,12 @@ class Arm:
         """Return the sample at a time [s], the last one if it ended before."""
         found = int(np.searchsorted(self.motion.time, time + 1e-9, side="right")) - 1
         return min(max(found, 0), len(self.motion.time) - 1)
+
+    def link(self, k: int) -> Array:
+        """Return points (P, 2) along link 1 at a sample [m]."""
+        if self.motion.link1 is not None:
+            return self.motion.link1[k]
+        return np.stack([np.zeros(2), self.elbow[k]])
 
     @property
     def error(self) -> Array:
@@ -158,7 +164,7 @@ class Scene:
         parts = zip(self.arms, self._links, self._beams, self._trails, self._curves, strict=True)
         for arm, link, beam, trail, curve in parts:
             k = arm.row(time)
-            link.set_data(*np.array([[0.0, 0.0], arm.elbow[k]]).T)
+            link.set_data(*arm.link(k).T)
             beam.set_data(*np.concatenate([arm.elbow[k : k + 1], arm.motion.beam[k]]).T)
             trail.set_data(*arm.motion.tip[: k + 1].T)
             curve.set_data(*thinned(arm.motion.time[: k + 1], arm.error[: k + 1]))

@@ -17,8 +17,10 @@ from rich.console import Console
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.hardware import Hardware, overridden
-from flexsim.mjcf.differences import Difference, differences
+from flexsim.mjcf.chain_file import ChainModel
+from flexsim.mjcf.differences import Difference, arm_like, differences
 from flexsim.mjcf.reading.names import Names
+from flexsim.mjcf.rod_file import RodModel
 from flexsim.robot import Robot
 from flexsim.robot.named import robot_named
 from studies import headings
@@ -97,7 +99,7 @@ class RobotOptions(OwnRobotOptions):
     @property
     def has_exact_loop(self) -> bool:
         """Whether the robot's beam is a uniform one, of which there is an exact linear loop."""
-        return self.mjcf is None and not self.modal_damping and self.arm != "two-flexible"
+        return self.mjcf is None and not self.modal_damping
 
     def robot_of(self) -> Robot:
         """Return the robot.
@@ -195,12 +197,17 @@ def show_differences(robot: Robot, out: Console | None = None) -> None:
         return
     rows = differences(robot.given)
     if not rows:
-        out.print(f"{spelled(robot.given.source)}: the same robot as the default")
+        out.print(f"{spelled(robot.given.source)}: the same robot as {_default_of(robot.given)}")
         return
     more = f"and {len(rows) - ROWS_SHOWN} more" if len(rows) > ROWS_SHOWN else ""
-    title = f"{spelled(robot.given.source)} differs from the default:"
+    title = f"{spelled(robot.given.source)} differs from {_default_of(robot.given)}:"
     plain = [Difference(*map(spelled, row)) for row in rows[:ROWS_SHOWN]]
     out.print(Table(plain, DIFFERENCES, title, more).render())
+
+
+def _default_of(arm: ChainModel | RodModel) -> str:
+    name = arm_like(arm)
+    return "the default" if name == "paper" else f"--arm {name}"
 
 
 def keep_file(folder: Path, robot: Robot) -> None:
@@ -212,6 +219,6 @@ def keep_file(folder: Path, robot: Robot) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Difference._fields)
         writer.writerows(differences(robot.given))
-    title = f"{spelled(robot.given.source)} differs from the default"
+    title = f"{spelled(robot.given.source)} differs from {_default_of(robot.given)}"
     table = Table([Difference(*map(spelled, row)) for row in differences(robot.given)], DIFFERENCES)
     write_prints(folder / DIFFERENCES_FILE, [replace(table, title=title)])

@@ -66,7 +66,7 @@ def vibrating(robot: Robot, chain: Plant | None = None) -> TwoFlexibleModes:
     for name, plant in plants.items():
         found[name] = np.array([_free(plant, pose) for pose in POSES])
     return TwoFlexibleModes(
-        source="two-flexible" if robot.two_chains is None else robot.two_chains.source,
+        source="two-flexible" if robot.file is None else robot.file.source,
         poses=POSES,
         joint_free_hz={name: omega / (2 * np.pi) for name, omega in found.items()},
         clamped_hz=clamped_hz(arm),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers import Controller, Gains
+from controllers import Controller, Gains, TextbookPid
 from flexsim.errors import ParameterError
 from flexsim.loop.friction import LAWS, RESISTING, Friction
 from studies.tuning.distributions import NAMES
@@ -118,6 +118,10 @@ def retuned(controller: AnyController, knobs: Knobs) -> AnyController:
         return scaled
     if isinstance(scaled, FoundController):
         return _found_shifted(scaled, knobs.order)
+    if isinstance(scaled, TextbookPid):
+        raise ParameterError(
+            f"controller {scaled.name!r} is a PID, whose orders are whole numbers"
+        )
     return _shifted(scaled, knobs.order)
 
 

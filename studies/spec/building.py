@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from flexsim.arm.arms import Arm, FirstLink
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.loop.control.compiled import Controllers
@@ -26,7 +27,7 @@ from flexsim.loop.measuring import Yardstick, yardstick
 from flexsim.loop.populations import Stage
 from flexsim.loop.runs import loop_of
 from flexsim.loop.settings import Setting
-from flexsim.loop.trajectories import Path, Reference, Trajectory, reference
+from flexsim.loop.trajectories import TURN, Path, Reference, Trajectory, Turn, reference
 from flexsim.loop.waypoints import Waypoints
 from flexsim.mjcf.arm_file import require_stable_step
 from flexsim.mjcf.edits import stepped
@@ -215,11 +216,11 @@ class Workshop:
 
         return self._once("plant", (*key, *of_robot, *motors, model), make)
 
-    def path(self, number: int, values: tuple[float, ...]) -> tuple[Key, Path]:
+    def path(self, number: int, values: tuple[float, ...]) -> tuple[Key, Path | Turn]:
         """Return a trajectory, and the key that it is known by."""
         key, part = self._part("trajectories", number, values)
 
-        def make() -> Path:
+        def make() -> Path | Turn:
             with self.within("trajectories", number):
                 return path_of(part)
 
@@ -346,6 +347,8 @@ def robot_of(part: Any, inputs: Any) -> Robot:
     else:
         own = Parameters(**{name: getattr(part, name) for name in NUMBERS})
         found = Robot.of(parameters=own, modal_damping=tuple(part.modal_damping))
+        if part.link1 is not None:
+            found = replace(found, link1=Arm(own, FirstLink(**part.link1.model_dump())).link1)
         payload = 0.0
     if (part.stiffness, part.density, payload) == (1.0, 1.0, 0.0):
         return found
@@ -364,7 +367,7 @@ def _hardware_of(part: Any, seed: int) -> Hardware:
     )
 
 
-def path_of(part: Any) -> Path:
+def path_of(part: Any) -> Path | Turn:
     """Return the trajectory of a resolved file's table.
 
     Raises:
@@ -380,5 +383,6 @@ def path_of(part: Any) -> Path:
             part.hold,
             part.name,
         )
-    own = {f.name: getattr(part, f.name) for f in fields(Trajectory)}
-    return replace(Trajectory(part.shape), **own)
+    kind = Turn if part.shape == TURN.name else Trajectory
+    own = {f.name: getattr(part, f.name) for f in fields(kind)}
+    return kind(**own)

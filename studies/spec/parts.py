@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, create_model
 
+from flexsim.arm.arms import ZETA
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.hardware import JointEffects, Sensing
 from flexsim.loop.metrics import WEIGHTS
@@ -40,8 +41,19 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
+class FirstLinkPart(Part):
+    """The beam that link 1 is, where it bends; of its length and inertia, L_R and I_R0."""
+
+    EI: float
+    rho: float
+    r: float = 0.0
+    zeta: float = ZETA
+
+
 class _Robot(Part):
     name: str | None = None
+    arm: Literal["paper", "one-link", "two-flexible"] | None = None  # whose numbers are usual
+    link1: FirstLinkPart | None = None
     mjcf: str | None = None  # a file, relative to the study's
     beam: Literal["file", "analytic"] = "file"
     joint1: str | None = None  # the file's own names of its parts
@@ -176,8 +188,8 @@ class TrajectoryPart(Part):
 
     name: str | None = None
     use: str | None = None
-    shape: Literal["line", "two-loop", "circle"] | None = None
-    start: Pair | None = None
+    shape: Literal["line", "two-loop", "circle", "turn"] | None = None
+    start: Pair | None = None  # of a line [m], of a turn of both joints [rad]
     end: Pair | None = None
     centre: Pair | None = None
     half_width: float | None = None

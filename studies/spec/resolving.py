@@ -20,12 +20,20 @@ from typing import Any
 
 import tomli_w
 
-from controllers import Controller, ControllerError, Gains
+from controllers import Controller, ControllerError, Gains, TextbookPid
+from flexsim.arm.arms import named_arm
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import FlexsimError, ParameterError
 from flexsim.loop.hardware import HARDWARE, Hardware
 from flexsim.loop.settings import SETTINGS, Setting
-from flexsim.loop.trajectories import RECONSTRUCTED_TRAJECTORIES, SHAPES, TRAJECTORIES, Trajectory
+from flexsim.loop.trajectories import (
+    RECONSTRUCTED_TRAJECTORIES,
+    SHAPES,
+    TRAJECTORIES,
+    TURN,
+    Trajectory,
+    Turn,
+)
 from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot.plant_names import KINDS, plant_kind
@@ -45,14 +53,15 @@ from studies.spec.parts import (
 )
 from studies.spec.points import read_points
 from studies.spec.reading import Given, choice
-from studies.tuning.found import FoundController, controller_of, found_in
+from studies.tuning.found import FoundController, controller_of, found_in, v_gain_of
 from studies.tuning.individuals import TEXTBOOK, in_si
 
 INPUTS = "inputs"
 PARTED = ("seed", "sensing", "effects")  # of a Hardware, which a study file has no table of
-PATHS = {
+PATHS: Mapping[str, Trajectory | Turn] = {
     **TRAJECTORIES,
     **{f"reconstructed-{name}": path for name, path in RECONSTRUCTED_TRAJECTORIES.items()},
+    TURN.name: TURN,
 }
 FREE = ("title", "seed", "repeats", "perturbation", "period", "weights", "batch", "traces", "check")
 
@@ -203,9 +212,11 @@ def _require_known_trajectories(document: Mapping[str, Any]) -> None:
 def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str, Any]:
     """Return a robot by its parameters, or by the text of its file with our names in it."""
     if part.mjcf is None:
-        Parameters(**{name: getattr(part, name) for name in NUMBERS})
-        found = part.model_dump(exclude={"mjcf", "beam", *(n.name for n in fields(Names))})
-        return _plain(found | {"name": part.name or "paper"})
+        found = part.model_dump(exclude={"arm", "mjcf", "beam", *(n.name for n in fields(Names))})
+        usual = _numbers_of(part.arm) if part.arm is not None else {}
+        found |= {name: each for name, each in usual.items() if name not in part.model_fields_set}
+        Parameters(**{name: found[name] for name in NUMBERS})
+        return _plain(found | {"name": part.name or part.arm or "paper"})
     for name in sorted(part.model_fields_set - set(WITH_FILE)):
         raise ParameterError(
             f"{name} has no effect beside mjcf: the file has its own; leave it out"
@@ -220,6 +231,13 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
         "beam": part.beam,
         **{name: getattr(part, name) for name in ("stiffness", "density", "payload")},
     }
+
+
+def _numbers_of(arm: str) -> dict[str, Any]:
+    """Return the numbers of an arm of ours, by its name."""
+    named = named_arm(arm)
+    link1 = {} if named.link1 is None else {"link1": vars(named.link1)}
+    return vars(named.parameters) | link1
 
 
 def _plant(part: PlantPart) -> dict[str, Any]:
@@ -252,8 +270,8 @@ def _controller(
         with at(way):
             own_name = str(getattr(part, way))
             found = controller_of(own_name) if way == "use" else found_in(folder / own_name)
-        if "v_gain" not in part.model_fields_set and isinstance(found, FoundController):
-            common["v_gain"] = found.v_gain
+        if "v_gain" not in part.model_fields_set:
+            common["v_gain"] = v_gain_of(found)
         own = _of_found(found, period) if isinstance(found, FoundController) else _of_own(found)
         return _plain({"name": part.name or found.name} | own | common)
     if way == "function":
@@ -269,8 +287,15 @@ def _controller(
     return _plain({"name": part.name or usual} | own | common)
 
 
-def _of_own(controller: Controller) -> dict[str, Any]:
-    """Return one that comes with flexsim, of the paper's structure."""
+def _of_own(controller: Controller | TextbookPid) -> dict[str, Any]:
+    """Return one that comes with flexsim, of the paper's structure or textbook PIDs."""
+    if isinstance(controller, TextbookPid):
+        lag = {"filter_time": controller.filter_time}
+        pids = {"joint1": controller.joint1, "joint2": controller.joint2}
+        return {
+            joint: dict(zip(("kp", "ki", "kd"), gains, strict=True)) | lag
+            for joint, gains in pids.items()
+        }
     joints = {"joint1": controller.joint1, "joint2": controller.joint2}
     numbers = {joint: _gains(gains) for joint, gains in joints.items()}
     return {**numbers, "realisation": "tustin", "terms": 10}
@@ -308,15 +333,18 @@ def _trajectory(part: TrajectoryPart, folder: Path) -> dict[str, Any]:
     given = part.model_fields_set - {"name", "use", "file"}
     if ways[0] in ("use", "shape"):
         wanted = part.use if part.use is not None else part.shape
-        known = PATHS if part.use is not None else dict.fromkeys(SHAPES)
+        known = PATHS if part.use is not None else dict.fromkeys((*SHAPES, TURN.name))
         if wanted not in known:
             raise ParameterError(f"use is {wanted!r}; {choice(str(wanted), list(known))}")
         for key in sorted(given & set(WAY_KEYS)):
             raise ParameterError(f"{key} is of waypoints, not of a {wanted}; leave it out")
-        base: Trajectory = PATHS[str(wanted)]
-        own = {key: getattr(part, key) for key in given}
-        found = vars(base) | own | {"name": part.name or wanted}
-        return _plain(found)
+        base = PATHS[str(wanted)]
+        own = {key: getattr(part, key) for key in given} | {"name": part.name or wanted}
+        if isinstance(base, Turn):
+            for key in sorted(given - {"shape", *vars(base)}):
+                raise ParameterError(f"{key} is not of a turn of the joints; leave it out")
+            own["shape"] = TURN.name
+        return _plain(vars(base) | own)
     for key in sorted(given & set(SHAPE_KEYS)):
         raise ParameterError(f"{key} is of a shape, not of waypoints; leave it out")
     points, times = part.points, part.times

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers import Gains, fractional_pid
+from controllers import Controller, Gains, fractional_pid
 from flexsim.linear.growth import growth_rates
 from flexsim.linear.loop_poles import LoopOptions, spectral_radii
 from flexsim.loop.control.stacking import stack
@@ -50,7 +50,9 @@ class StabilityMap:
 
 def has_map(devised: AnyController) -> bool:
     """Return whether a controller has orders to vary: textbook PIDs do not."""
-    return not (isinstance(devised, FoundController) and devised.tuning.realisation == TEXTBOOK)
+    if isinstance(devised, FoundController):
+        return devised.tuning.realisation != TEXTBOOK
+    return isinstance(devised, Controller)
 
 
 def stability_map(
@@ -80,6 +82,7 @@ def _leading(devised: AnyController, joint: int) -> tuple[float, float]:
     if isinstance(devised, FoundController):
         k, nu = devised.parameters[5 * joint : 5 * joint + 2]
         return float(k), float(nu)
+    assert isinstance(devised, Controller)  # see `has_map`
     gains = devised.joint2 if joint else devised.joint1
     order = float(gains.nu1 or 0.0)
     return gains.k1 * 1000.0**order, order
@@ -93,6 +96,7 @@ def _varied(
         parameters = np.tile(devised.parameters, (len(k), 1))
         parameters[:, 5 * joint], parameters[:, 5 * joint + 1] = k, nu
         return devised.tuning.design.filters(parameters)
+    assert isinstance(devised, Controller)
     gains = devised.joint2 if joint else devised.joint1
     fixed = devised.filters(period)
     pairs: list[Filters | None] = []

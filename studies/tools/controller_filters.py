@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers import Filter, frequency_response
+from controllers import Filter, TextbookPid, frequency_response
 from flexsim.errors import ParameterError
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
@@ -133,6 +133,11 @@ def filters_of(
                 f"--{name} has no effect: a run of flexsim tune has its own; leave it out"
             )
         period = controller.period
+        filters = controller.filters(period)
+    elif isinstance(controller, TextbookPid):
+        for name in set(given) - {"period"}:
+            raise ParameterError(f"--{name} has no effect on a textbook PID; leave it out")
+        period = given.pop("period", PERIOD)
         filters = controller.filters(period)
     else:
         period = given.pop("period", PERIOD)

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from controllers import TABLE_2, TUNED, TUNED_ARMS, TUNED_IDEAL, Controller
+from controllers import TABLE_2, TUNED, TUNED_ARMS, TUNED_IDEAL, Controller, TextbookPid
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.reading import read_text
 from flexsim.loop.settings import V_GAIN
@@ -47,8 +47,10 @@ GAINS = tuple(NAMES.index(name) for name in NAMES if name.startswith("k"))  # k1
 MEANING = ("trajectory", "controller", "realisation", "setting", "terms", "period", "filter_time")
 SAME = 1e-9  # relative: two periods that are one
 TABLES = (TUNED, TUNED_IDEAL, TABLE_2, TUNED_ARMS)
-OWN = {each.name: each for table in TABLES for each in table.values()}
-ARM_PATHS = {"one-link": "turn"}  # of controllers for other arms
+OWN: Mapping[str, Controller | TextbookPid] = {
+    each.name: each for table in TABLES for each in table.values()
+}
+ARM_PATHS = {"one-link": "turn", "two-flexible": "circle"}  # of controllers for other arms
 DEVISED = {  # trajectory, by name
     **{name: name for name in TUNED},
     **{each.name: shape for shape, each in TUNED_IDEAL.items()},
@@ -193,7 +195,7 @@ def found_in(folder: Path) -> FoundController:
     return found
 
 
-AnyController: TypeAlias = Controller | FoundController
+AnyController: TypeAlias = Controller | TextbookPid | FoundController
 
 
 def controller_of(name: str) -> AnyController:
@@ -278,4 +280,4 @@ def period_of(controller: AnyController) -> float:
 
 def v_gain_of(controller: AnyController) -> float:
     """Return what a controller's loop makes of v: -1 mirrors the tip, as in the paper."""
-    return controller.v_gain if isinstance(controller, FoundController) else V_GAIN
+    return V_GAIN if isinstance(controller, Controller) else controller.v_gain

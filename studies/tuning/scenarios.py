@@ -98,10 +98,8 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
     """
     if not tuning.exact:
         return ()
-    if robot.given is not None or robot.both_bend or robot.modal_damping:
+    if robot.given is not None or robot.modal_damping:
         what = "--modal-damping" if robot.modal_damping else "--mjcf"
-        if robot.link1 is not None:
-            what = "--arm two-flexible"
         raise ParameterError(
             f"--exact and {what} contradict each other: the exact linear loop has a uniform beam "
             "with --robot.zeta; leave one out"
@@ -123,6 +121,7 @@ def exact_of(tuning: Tuning, robot: Robot) -> tuple[SampledPlant, ...]:
             period=tuning.period,
             hardware=hardware,
             v_gain=tuning.v_gain,
+            link1=each.link1,
         )
     )
 

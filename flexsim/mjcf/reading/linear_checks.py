@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from flexsim.errors import ModelError
+from flexsim.numerics.types import Array
 
 TURNS = 13  # angles of each joint that contacts are looked for at
 BENT = 0.6  # [rad] in all hinges together: the tip aside by a third of the beam's length
@@ -84,7 +85,7 @@ def together(kind: str, names: list[str], what: str) -> Iterator[str]:
 def _of_joints(model: mujoco.MjModel, joint_springs: bool) -> Iterator[str]:
     nonlinear = np.abs(model.jnt_stiffnesspoly).max(axis=1, initial=0.0)
     for what, values in (
-        ("a spring (stiffness)", model.jnt_stiffness[:2] * (not joint_springs)),
+        ("a spring (stiffness)", _of_motors_joints(model) * (not joint_springs)),
         ("dry friction (frictionloss)", model.dof_frictionloss),
         ("a limited range", model.jnt_limited),
         ("a limited torque (actuatorfrcrange)", model.jnt_actfrclimited),
@@ -99,6 +100,14 @@ def _of_joints(model: mujoco.MjModel, joint_springs: bool) -> Iterator[str]:
         yield from together(
             "joint", [model.joint(int(i)).name for i in np.flatnonzero(values)], what
         )
+
+
+def _of_motors_joints(model: mujoco.MjModel) -> Array:
+    """Return the stiffnesses of the joints (m,), those of hinges along a link zero."""
+    own = np.zeros(model.njnt)
+    driven = [i for i in range(model.njnt) if model.joint(i).name in ("joint1", "joint2")]
+    own[driven] = model.jnt_stiffness[driven]
+    return own
 
 
 def _of_motors(model: mujoco.MjModel) -> Iterator[str]:
@@ -127,13 +136,14 @@ def contact_of(model: mujoco.MjModel) -> str | None:
         return None
     data = mujoco.MjData(model)
     chain = model.njnt > 2 and not (model.jnt_type[2:] == mujoco.mjtJoint.mjJNT_SLIDE).any()
+    driven = [0, int(model.joint("joint2").id)]  # behind the hinges of link 1, if that bends
     for theta1, theta2, bent in itertools.product(
         np.linspace(-np.pi, np.pi, TURNS, endpoint=False),
         np.linspace(-np.pi, np.pi, TURNS),
         (0.0, BENT, -BENT) if chain else (0.0,),
     ):
-        data.qpos[:2] = theta1, theta2
-        data.qpos[2:] = bent / max(1, model.njnt - 2)
+        data.qpos[:] = bent / max(1, model.njnt - 2)
+        data.qpos[driven] = theta1, theta2
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_flex(model, data)
