@@ -104,6 +104,10 @@ def _status(name: str, words: list[str]) -> int:
         return _printed(help_of(name))
     config = _configuration(getattr(module, command.config), name, words)
     if config is not None:
+        if getattr(config, "arm", None) is not None:
+            from studies.core.options import require_arm
+
+            require_arm(name, config)
         module.command(config)
         sys.stdout.flush()  # here, where a closed pipe is no error
     return 0

@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from flexsim.arm.kinematics import joint_angles, tip_position
+from flexsim.arm.locked import LOCKED
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.numerics.clocks import PERIOD
@@ -26,6 +27,7 @@ TIME_LAWS = ("quintic", "constant-speed")
 
 
 WHOLE = 1e-6  # of a period: what rounding makes of a whole number of them
+STANDS = 1e-9  # [rad] that rounding turns a joint by
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,8 @@ def reference(trajectory: Path | Turn, parameters: Parameters, period: float = P
     """Return the sampled reference with its rigid inverse kinematics, of a turn the tip instead.
 
     Raises:
-        ParameterError: the control period is not positive, or a point is out of reach or singular.
+        ParameterError: the control period is not positive, a point is out of reach or singular, or
+            joint 1 is to turn, which stands still in this robot.
     """
     if not 0 < period < math.inf:
         raise ParameterError(f"control period is {period} s; give more than 0")
@@ -205,12 +208,28 @@ def reference(trajectory: Path | Turn, parameters: Parameters, period: float = P
     time = period * np.arange(samples + 1, dtype=float)
     if isinstance(trajectory, Turn):
         turned = trajectory.joints(time)
-        return Reference(time, tip_position(parameters, turned), turned)
+        return _able(trajectory, parameters, Reference(time, tip_position(parameters, turned), turned))
     tip = trajectory.at(time)
     try:
-        return Reference(time, tip, joint_angles(parameters, tip))
+        found = Reference(time, tip, joint_angles(parameters, tip))
     except ParameterError as error:
         raise ParameterError(f"trajectory {trajectory.name!r}: {error}") from None
+    return _able(trajectory, parameters, found)
+
+
+def _able(trajectory: Path | Turn, parameters: Parameters, found: Reference) -> Reference:
+    """Return a reference that the robot is able to follow: a joint 1 that stands still is not turned.
+
+    Raises:
+        ParameterError: it is.
+    """
+    first = found.joint[:, 0]
+    if parameters.I_m1 >= LOCKED and np.ptp(first) > STANDS:
+        raise ParameterError(
+            f"trajectory {trajectory.name!r} turns joint 1 by {np.ptp(first):.3g} rad, and joint 1 "
+            "of this arm stands still; give one that turns joint 2 alone, as turn"
+        )
+    return found
 
 
 CIRCLE = Trajectory("circle", half_width=0.12)

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
 from flexsim.loop.hardware import Hardware, overridden
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.differences import Difference, arm_like, differences
@@ -29,6 +30,10 @@ from studies.core.table import Column, Table, write_prints
 from studies.core.text import spelled
 
 ArmName = Literal["paper", "one-link", "two-flexible"]
+OF_PAPERS_ARM = (  # commands that ask about the paper's paths, controllers or figures
+    *("compare", "ladder", "converge", "realisations", "screening", "structures", "tables"),
+    *("pid-question", "misprints", "reconstruct", "laboratory"),
+)
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
 ROWS_SHOWN = 16
@@ -122,6 +127,21 @@ class RobotOptions(OwnRobotOptions):
         item: Any = cls.__dataclass_fields__["robot"]
         usual: Parameters = item.default_factory()
         return usual
+
+
+def require_arm(command: str, config: object) -> None:
+    """Refuse another arm than the paper's where a command is about that one.
+
+    Raises:
+        ParameterError: the command line names one.
+    """
+    arm = getattr(config, "arm", None)
+    if arm not in (None, "paper") and command in OF_PAPERS_ARM:
+        raise ParameterError(
+            f"{command} asks about the paper's arm, its paths and controllers, not about --arm "
+            f"{arm}; leave it out, or give it to flexsim modes, drive, follow, tune or animate, or "
+            f'to a study file ([robot] arm = "{arm}") for flexsim run'
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,7 +50,7 @@ TABLES = (TUNED, TUNED_IDEAL, TABLE_2, TUNED_ARMS)
 OWN: Mapping[str, Controller | TextbookPid] = {
     each.name: each for table in TABLES for each in table.values()
 }
-ARM_PATHS = {"one-link": "turn", "two-flexible": "circle"}  # of controllers for other arms
+ARM_PATHS = {"one-link": "turn", "two-flexible": "line"}  # of controllers for other arms
 DEVISED = {  # trajectory, by name
     **{name: name for name in TUNED},
     **{each.name: shape for shape, each in TUNED_IDEAL.items()},

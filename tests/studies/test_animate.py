@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -48,6 +49,19 @@ def test_the_difference_is_as_much_larger_as_the_title_says() -> None:
     assert f"{drawn.factor:g} times larger" in drawn.zoom.get_title(loc="left")
     assert max(drawn.zoom.get_xlim()) > 2.0
     assert scene(2e-5).factor == pytest.approx(100 * drawn.factor)
+
+
+def test_a_link_1_that_bends_is_drawn_so() -> None:
+    """Its points are the motion's own, and the beam begins where they end."""
+    motion = made_up_motion("chain", samples=10)
+    bent = np.cumsum(np.random.default_rng(1).normal(size=(10, 5, 2)), axis=1)
+    motion = dataclasses.replace(motion, link1=bent)
+    arm = Arm("chain", motion, bent[:, -1], styles(("chain",))["chain"])
+    drawn = Scene([arm], motion.reference_tip, 1.0)
+    drawn.show(float(motion.time[4]))
+    (link,), (beam,) = drawn._links, drawn._beams
+    assert np.array_equal(np.transpose(link.get_data()), bent[4])
+    assert np.array_equal(np.transpose(beam.get_data())[0], bent[4, -1])
 
 
 def test_pictures_move_and_what_is_shown_is_the_sample() -> None:

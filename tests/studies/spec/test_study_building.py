@@ -395,3 +395,43 @@ def test_a_period_may_be_varied() -> None:
         shop.stage(Run(0, 0, d, 0, 0), shop.matrix.draws.values(d)).loop.period for d in (0, 1)
     ]
     assert periods == [0.001, 0.002]
+
+
+def test_an_arm_is_named_and_its_numbers_stand_in_the_file() -> None:
+    """Those of `Robot.named`, in a study that stands alone; changed and varied as any."""
+    text = """
+plants = ["assumed-modes", "closed-chain"]
+controllers = ["{arm}"]
+trajectories = ["{path}"]
+settings = ["none"]
+[robot]
+arm = "{arm}"
+"""
+    for arm, path in (("one-link", "turn"), ("two-flexible", "line")):
+        found = workshop(text.format(arm=arm, path=path))
+        assert "arm" not in found.resolved.document["robots"][0]
+        again = workshop(found.resolved.text())
+        for each in (found, again):
+            _, robot = each.robot(0, NONE)
+            named = Robot.named(arm)
+            assert (robot.parameters, robot.link1) == (named.parameters, named.link1)
+    both = text.format(arm="two-flexible", path="line")
+    _, softer = workshop(both, "robot.link1.EI=0.5", "robot.EI=2.0").robot(0, NONE)
+    assert softer.link1 is not None and (softer.link1.EI, softer.parameters.EI) == (0.5, 2.0)
+    stage = workshop(both).stage(Run(1, 0, 0, 0, 0), NONE)
+    assert stage.plant.name == "closed-chain" and stage.loop.v_gain == 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (("robot.arm='three-link'",), "robot.arm"),
+        (("robot.arm='one-link'",), "turns joint 1"),
+        (("robot.link1={EI=-1.0, rho=0.2}",), "link 1 has EI -1.0"),
+        (("trajectories=[{use='turn', centre=[0.5, 0.3]}]",), "centre is not of a turn"),
+    ],
+)
+def test_an_arm_that_cannot_be_is_one_line(changes: tuple[str, ...], said: str) -> None:
+    with pytest.raises(FlexsimError, match=said) as caught:
+        require_buildable(workshop(BASE, *changes))
+    assert "\n" not in str(caught.value) and "study.toml" in str(caught.value)
