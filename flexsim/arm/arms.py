@@ -30,8 +30,8 @@ from flexsim.errors import ParameterError
 PUBLISHED_HZ = ((0.48, 1.80), (2.18, 15.91))  # of links 1 and 2, two modes each
 ZETA = 1e-3  # assumed, as the paper's robot here has it; the published arm is undamped
 MOTOR_2 = 0.01  # [kg m2] assumed: a tenth of its hub's, as seen at the joint
-"""Of motor 2 where link 1 bends. The published arm has none, and its motor pushes off the bare end of
-link 1, of which but the beam's last centimetres move within a millisecond: sampled at that, a PD
+"""Of motor 2 where link 1 bends. The published arm has none: its motor pushes off the bare end of
+link 1, of which but the beam's last centimetres move within a millisecond. Sampled at that, a PD
 controller at joint 2 grows with a derivative gain of 0.02 N m s/rad."""
 
 

@@ -208,7 +208,9 @@ def reference(trajectory: Path | Turn, parameters: Parameters, period: float = P
     time = period * np.arange(samples + 1, dtype=float)
     if isinstance(trajectory, Turn):
         turned = trajectory.joints(time)
-        return _able(trajectory, parameters, Reference(time, tip_position(parameters, turned), turned))
+        return _able(
+            trajectory, parameters, Reference(time, tip_position(parameters, turned), turned)
+        )
     tip = trajectory.at(time)
     try:
         found = Reference(time, tip, joint_angles(parameters, tip))
@@ -218,10 +220,10 @@ def reference(trajectory: Path | Turn, parameters: Parameters, period: float = P
 
 
 def _able(trajectory: Path | Turn, parameters: Parameters, found: Reference) -> Reference:
-    """Return a reference that the robot is able to follow: a joint 1 that stands still is not turned.
+    """Return a reference that a robot whose joint 1 may stand still is able to follow.
 
     Raises:
-        ParameterError: it is.
+        ParameterError: it turns that joint.
     """
     first = found.joint[:, 0]
     if parameters.I_m1 >= LOCKED and np.ptp(first) > STANDS:

@@ -42,7 +42,8 @@ from flexsim.plants.closed_form_chain import ClosedChain, closed_form
 from flexsim.plants.curvature import curvature_of_chain
 from flexsim.plants.linear_plant import LinearPlant
 from flexsim.plants.mujoco_steps import Chain, Workspaces
-from flexsim.plants.two_flexible.geometry import Bent, in_world as both_in_world
+from flexsim.plants.two_flexible.geometry import Bent
+from flexsim.plants.two_flexible.geometry import in_world as both_in_world
 
 GAUSS_POINTS = 24  # to a segment: modes 1 to 3 times a line, to rounding
 

@@ -18,7 +18,7 @@ from PIL import Image, features
 
 from flexsim.errors import ParameterError
 from flexsim.files.atomic import replacing, require_replaceable
-from flexsim.loop.trajectories import trajectory
+from flexsim.loop.trajectories import path_named
 from flexsim.numerics.elementary import cos, sin
 from flexsim.recording.traces import ASSUMED_MODES, CHAIN, spoken
 from studies.animate.scene import Arm, Scene
@@ -44,10 +44,10 @@ class AnimateConfig(HardwareOptions, SeedOptions, RobotOptions):
     out: Path
     """File to write: .gif or .webp moves, .png stands still."""
     trajectory: str = "circle"
-    """line, two-loop or circle."""
+    """line, two-loop or circle, or turn, of joint 2 by a right angle."""
     controllers: Controllers = ()
-    """One, or two on one plant; names and folders as in flexsim follow; the trajectory's own
-    unless given."""
+    """One, or two on one plant; names and folders as in flexsim follow; the trajectory's own, or
+    that of --arm, unless given."""
     plants: tuple[str, ...] = (ASSUMED_MODES, CHAIN)
     """One or two, as in flexsim follow; two loops are shown at most."""
     setting: str = "simulink"
@@ -77,7 +77,7 @@ def check(config: AnimateConfig) -> None:
         raise ParameterError(f"{config.out} has none of the endings {known}; give it one")
     if suffix == ".webp" and not features.check("webp"):
         raise ParameterError("Pillow is built without WebP here; write a .gif")
-    trajectory(config.trajectory)
+    path_named(config.trajectory)
     check_each_once("plants", config.plants)
     if config.controllers:
         check_each_once("controllers", config.controllers)
@@ -101,9 +101,10 @@ def loops(config: AnimateConfig) -> list[Followed]:
     """
     same = {item.name for item in fields(FollowConfig)} & {item.name for item in fields(config)}
     given = {name: getattr(config, name) for name in same}
+    own = config.trajectory if config.arm == "paper" else config.arm
     return [
         followed(FollowConfig(**given, controller=controller, plant=plant))
-        for controller in config.controllers or (config.trajectory,)
+        for controller in config.controllers or (own,)
         for plant in config.plants
     ]
 

@@ -31,7 +31,7 @@ from studies.core.text import spelled
 
 ArmName = Literal["paper", "one-link", "two-flexible"]
 OF_PAPERS_ARM = (  # commands that ask about the paper's paths, controllers or figures
-    *("compare", "ladder", "converge", "realisations", "screening", "structures", "tables"),
+    *("compare", "ladder", "converge", "benchmark", "realisations", "screening", "structures", "tables"),
     *("pid-question", "misprints", "reconstruct", "laboratory"),
 )
 ROBOT_FILE = "robot.xml"

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from flexsim.arm.locked import LOCKED
 from flexsim.errors import DivergenceError
 from flexsim.loop.runs import drive
 from flexsim.loop.settings import setting
@@ -42,7 +43,9 @@ def fitting_torque(plant: Plant, scale: float) -> Array:
     rounding errors apart, a heavy one moves. And less, until the beam bends by BENT of its length
     at most: a soft or resonant one would leave what the equations are for.
     """
-    torque = trial_torque(scale) * (felt_inertia(plant) / felt_inertia(AssumedModesPlant()))
+    felt = felt_inertia(plant)
+    felt = np.where(felt < LOCKED / 2, felt, 0.0)  # nothing moves a joint that stands still
+    torque = trial_torque(scale) * (felt / felt_inertia(AssumedModesPlant()))
     for _ in range(TRIED):
         bent = _bent(plant, torque) / (BENT * scale)
         if bent <= 1:

@@ -119,9 +119,7 @@ def retuned(controller: AnyController, knobs: Knobs) -> AnyController:
     if isinstance(scaled, FoundController):
         return _found_shifted(scaled, knobs.order)
     if isinstance(scaled, TextbookPid):
-        raise ParameterError(
-            f"controller {scaled.name!r} is a PID, whose orders are whole numbers"
-        )
+        raise ParameterError(f"controller {scaled.name!r} is a PID, whose orders are whole numbers")
     return _shifted(scaled, knobs.order)
 
 

@@ -49,8 +49,8 @@ class FollowConfig(HardwareOptions, SeedOptions, RobotOptions):
 
     controller: str
     """Of our own line, two-loop, circle; tuned in the ideal loop ideal-line, ideal-two-loop,
-    ideal-circle; of Table 2 figure-3, figure-4, figure-5; with --arm one-link that of this name;
-    or the folder of a run of flexsim tune.
+    ideal-circle; of Table 2 figure-3, figure-4, figure-5; with --arm one-link or two-flexible
+    that of this name; or the folder of a run of flexsim tune.
     A name comes before a folder; ./line is the folder."""
     out: Path
     """CSV file to write, a row per control period: t,x,y,theta1,theta2,v,tau1,tau2 and x_ref,

@@ -33,7 +33,7 @@ NAMES = pytest.mark.parametrize("name", ["one-link", "two-flexible"])
 
 
 def moved(name: str, plant: str) -> tuple[Motion, dict[str, float]]:
-    """Return the loop of an arm's own controller on a bench, with a longer hold, and its figures."""
+    """Return the loop of an arm's own controller on a bench, with a longer hold; its figures."""
     controller, built = TUNED_ARMS[name], Robot.named(name).plant(plant, BENCH)
     path = replace(path_named(devised_for(controller)), hold=HOLD)
     ref = reference(path, built.parameters, PERIOD)
@@ -54,7 +54,9 @@ def test_it_holds_on_mujocos_chain_and_its_closed_form(name: str) -> None:
 
 
 def test_one_links_stand_stands_and_its_modes_do_alike() -> None:
-    (chain, of_chain), (modes, of_modes) = (moved("one-link", p) for p in ("chain", "assumed-modes"))
+    (chain, of_chain), (modes, of_modes) = (
+        moved("one-link", p) for p in ("chain", "assumed-modes")
+    )
     for motion in (chain, modes):
         assert np.abs(motion.joint[:, 0]).max() < STANDS
         assert motion.joint[-1, 1] == pytest.approx(np.pi / 2, abs=2e-3)
@@ -106,7 +108,7 @@ def test_a_path_that_turns_a_joint_that_stands_is_refused() -> None:
     p = named_arm("one-link").parameters
     with pytest.raises(ParameterError, match=r"'circle' turns joint 1 by .* turns joint 2 alone"):
         reference(trajectory("circle"), p)
-    with pytest.raises(ParameterError, match="'turn' turns joint 1 by 0.5 rad"):
+    with pytest.raises(ParameterError, match=r"'turn' turns joint 1 by 0\.5 rad"):
         reference(Turn(end=(0.5, 1.0)), p)
 
 

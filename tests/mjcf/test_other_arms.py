@@ -129,7 +129,10 @@ def test_an_edited_file_moves_as_mujoco_moves_it_or_is_refused(count: int, tmp_p
     ("file", "edit"),
     [
         ("one_link.xml", ('inertiafromgeom="false"', 'inertiafromgeom="false" boundmass="0.1"')),
-        ("two_flexible.xml", ('inertiafromgeom="false"', 'inertiafromgeom="false" boundmass="0.1"')),
+        (
+            "two_flexible.xml",
+            ('inertiafromgeom="false"', 'inertiafromgeom="false" boundmass="0.1"'),
+        ),
         ("one_link.xml", ('timestep="0.0005"', 'timestep="0.00025"')),
         ("two_flexible.xml", ('timestep="0.001"', 'timestep="0.0001"')),
         ("one_link.xml", ("<worldbody>", '<worldbody><geom size="0.1"/>')),
@@ -141,7 +144,10 @@ def test_an_edited_file_moves_as_mujoco_moves_it_or_is_refused(count: int, tmp_p
         ("one_link.xml", ('<joint name="joint2"', '<joint name="joint2" stiffness="3"')),
         ("two_flexible.xml", ('<joint name="joint2"', '<joint name="joint2" stiffness="3"')),
         ("two_flexible.xml", ('name="hinge3" stiffness="', 'name="hinge3" stiffness="9')),
-        ("two_flexible.xml", ('name="link1_hinge3" stiffness="', 'name="link1_hinge3" stiffness="0')),
+        (
+            "two_flexible.xml",
+            ('name="link1_hinge3" stiffness="', 'name="link1_hinge3" stiffness="0'),
+        ),
     ],
 )
 def test_edits_that_were_suspect(file: str, edit: tuple[str, str], tmp_path: Path) -> None:

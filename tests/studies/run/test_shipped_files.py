@@ -16,13 +16,24 @@ BENT = ("payloads", "paper")  # further than the equations of second order hold,
 FILES = sorted((Path(__file__).parents[3] / "studies" / "files").glob("*.toml"))
 
 
-def test_they_are_six() -> None:
+SLOW = ("two-flexible",)  # a minute of compiling for equations of its own
+
+
+def test_they_are_seven() -> None:
     assert [path.stem for path in FILES] == [
-        *("damping", "integrators", "monte-carlo", "paper", "payloads", "waypoints"),
+        *("damping", "integrators", "monte-carlo", "paper", "payloads", "two-flexible"),
+        "waypoints",
     ]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.slow] if path.stem in SLOW else [])
+        for path in FILES
+    ],
+    ids=[path.stem for path in FILES],
+)
 def test_each_runs_quickly(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     require_buildable(workshop_of(path))  # all of it, at its corners
     assert main(["run", str(path), "--quick", "--out", str(tmp_path / "run")]) == 0
