@@ -30,9 +30,18 @@ from studies.core.table import Column, Table, write_prints
 from studies.core.text import spelled
 
 ArmName = Literal["paper", "one-link", "two-flexible"]
-OF_PAPERS_ARM = (  # commands that ask about the paper's paths, controllers or figures
-    *("compare", "ladder", "converge", "benchmark", "realisations", "screening", "structures", "tables"),
-    *("pid-question", "misprints", "reconstruct", "laboratory"),
+OF_PAPERS_ARM = (  # commands that ask about the paper's paths, controllers, figures or poles
+    *(
+        "compare",
+        "ladder",
+        "converge",
+        "benchmark",
+        "realisations",
+        "screening",
+        "structures",
+        "tables",
+    ),
+    *("pid-question", "misprints", "reconstruct", "laboratory", "stability"),
 )
 ROBOT_FILE = "robot.xml"
 DIFFERENCES_FILE = "robot_differences.csv"
@@ -138,7 +147,7 @@ def require_arm(command: str, config: object) -> None:
     arm = getattr(config, "arm", None)
     if arm not in (None, "paper") and command in OF_PAPERS_ARM:
         raise ParameterError(
-            f"{command} asks about the paper's arm, its paths and controllers, not about --arm "
+            f"{command} asks about the paper's arm, its paths or its beam, not about --arm "
             f"{arm}; leave it out, or give it to flexsim modes, drive, follow, tune or animate, or "
             f'to a study file ([robot] arm = "{arm}") for flexsim run'
         )

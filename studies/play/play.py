@@ -22,7 +22,7 @@ from flexsim.arm.beam import MODES
 from flexsim.errors import ParameterError, RunError
 from flexsim.files.atomic import require_replaceable
 from flexsim.loop.settings import DEFAULT_SETTING, setting
-from flexsim.loop.trajectories import reference, trajectory
+from flexsim.loop.trajectories import path_named, reference
 from flexsim.robot import Robot
 from studies.core.folder import to_json
 from studies.core.options import HardwareOptions, RobotOptions
@@ -34,7 +34,7 @@ from studies.play.live import Live, Stage
 from studies.play.pace import Pace
 from studies.play.record import events_path, write_play
 from studies.play.reserves import Watcher
-from studies.tuning.found import controller_of, devised_for, label_of, period_of
+from studies.tuning.found import OWN, controller_of, devised_for, label_of, period_of
 
 DEFAULT_TRAJECTORY = "circle"
 CHUNK = 64  # periods at a time without a window
@@ -52,7 +52,8 @@ class PlayConfig(HardwareOptions, SeedOptions, RobotOptions):
     """As of flexsim follow: line, two-loop, circle, ideal-line, ..., figure-5, or the folder of a
     run of flexsim tune; the trajectory's own unless given."""
     trajectory: str | None = None
-    """line, two-loop or circle; the controller's own unless given."""
+    """line, two-loop or circle, or turn, of joint 2 by a right angle; the controller's own unless
+    given."""
     setting: str = DEFAULT_SETTING
     """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
     reconstructed."""
@@ -159,12 +160,14 @@ def session(config: PlayConfig) -> Session:
                 f"--record {spelled(config.record)}: cannot write the recording: no such folder"
             )
     name = config.controller
+    if name is None and config.arm in OWN:
+        name = config.arm
     if name is None:
         own = config.trajectory or DEFAULT_TRAJECTORY
         name = own if own in TUNED else DEFAULT_TRAJECTORY
     controller = controller_of(name)
     chosen, robot = setting(config.setting, config.built), _robot(config)
-    shape = trajectory(config.trajectory or devised_for(controller), chosen.name == "reconstructed")
+    shape = path_named(config.trajectory or devised_for(controller), chosen.name == "reconstructed")
     modes = robot.modes_plant(chosen, config.modes)
     mujoco: Any = robot.plant(config.plant or ("rod" if robot.rod else "chain"), chosen)
     ref = reference(shape, modes.parameters, period_of(controller))

@@ -14,7 +14,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, create_model
 
-from flexsim.arm.arms import ZETA
 from flexsim.arm.parameters import Parameters
 from flexsim.loop.hardware import JointEffects, Sensing
 from flexsim.loop.metrics import WEIGHTS
@@ -44,10 +43,10 @@ class Part(BaseModel):
 class FirstLinkPart(Part):
     """The beam that link 1 is, where it bends; of its length and inertia, L_R and I_R0."""
 
-    EI: float
-    rho: float
-    r: float = 0.0
-    zeta: float = ZETA
+    EI: float | None = None
+    rho: float | None = None
+    r: float | None = None
+    zeta: float | None = None
 
 
 class _Robot(Part):

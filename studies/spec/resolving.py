@@ -13,7 +13,7 @@ import difflib
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -21,7 +21,7 @@ from typing import Any
 import tomli_w
 
 from controllers import Controller, ControllerError, Gains, TextbookPid
-from flexsim.arm.arms import named_arm
+from flexsim.arm.arms import FirstLink, named_arm
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import FlexsimError, ParameterError
 from flexsim.loop.hardware import HARDWARE, Hardware
@@ -213,9 +213,11 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
     """Return a robot by its parameters, or by the text of its file with our names in it."""
     if part.mjcf is None:
         found = part.model_dump(exclude={"arm", "mjcf", "beam", *(n.name for n in fields(Names))})
-        usual = _numbers_of(part.arm) if part.arm is not None else {}
-        found |= {name: each for name, each in usual.items() if name not in part.model_fields_set}
+        named = named_arm(part.arm or "paper")
+        usual = vars(named.parameters)
+        found |= {name: usual[name] for name in NUMBERS if name not in part.model_fields_set}
         Parameters(**{name: found[name] for name in NUMBERS})
+        found["link1"] = _link1(named.link1, part.link1)
         return _plain(found | {"name": part.name or part.arm or "paper"})
     for name in sorted(part.model_fields_set - set(WITH_FILE)):
         raise ParameterError(
@@ -233,11 +235,18 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
     }
 
 
-def _numbers_of(arm: str) -> dict[str, Any]:
-    """Return the numbers of an arm of ours, by its name."""
-    named = named_arm(arm)
-    link1 = {} if named.link1 is None else {"link1": vars(named.link1)}
-    return vars(named.parameters) | link1
+def _link1(usual: FirstLink | None, part: Any) -> dict[str, Any] | None:
+    """Return the beam that link 1 is by its numbers, those of an arm of ours where none is given."""
+    given = {} if part is None else part.model_dump(exclude_none=True)
+    if usual is not None:
+        return vars(replace(usual, **given))
+    if not given:
+        return None
+    for name in ("EI", "rho"):
+        if name not in given:
+            with at("link1"):
+                raise ParameterError(f"{name} is missing; give it")
+    return vars(FirstLink(**given))
 
 
 def _plant(part: PlantPart) -> dict[str, Any]:

@@ -113,7 +113,7 @@ def test_a_path_that_turns_a_joint_that_stands_is_refused() -> None:
 
 
 @NAMES
-@pytest.mark.parametrize("command", ["compare", "tables", "pid-question"])
+@pytest.mark.parametrize("command", ["compare", "tables", "stability"])
 def test_what_asks_about_the_papers_arm_is_refused(
     name: str, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

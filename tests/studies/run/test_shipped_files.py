@@ -12,26 +12,27 @@ from studies.run.run import workshop_of
 from studies.spec.corners import require_buildable
 from studies.spec.example import EXAMPLE
 
-BENT = ("payloads", "paper")  # further than the equations of second order hold, by the figures
+BENT = (
+    "payloads",
+    "paper",
+    "one-link",
+)  # further than the equations of second order hold, by the figures
 FILES = sorted((Path(__file__).parents[3] / "studies" / "files").glob("*.toml"))
 
 
 SLOW = ("two-flexible",)  # a minute of compiling for equations of its own
 
 
-def test_they_are_seven() -> None:
+def test_they_are_eight() -> None:
     assert [path.stem for path in FILES] == [
-        *("damping", "integrators", "monte-carlo", "paper", "payloads", "two-flexible"),
-        "waypoints",
+        *("damping", "integrators", "monte-carlo", "one-link", "paper", "payloads"),
+        *("two-flexible", "waypoints"),
     ]
 
 
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(path, marks=[pytest.mark.slow] if path.stem in SLOW else [])
-        for path in FILES
-    ],
+    [pytest.param(path, marks=[pytest.mark.slow] if path.stem in SLOW else []) for path in FILES],
     ids=[path.stem for path in FILES],
 )
 def test_each_runs_quickly(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
