@@ -236,7 +236,7 @@ def _robot(part: Any, folder: Path, keep: Callable[[str, str], str]) -> dict[str
 
 
 def _link1(usual: FirstLink | None, part: Any) -> dict[str, Any] | None:
-    """Return the numbers of link 1's beam, an arm of ours' where none is given, None of a rigid one."""
+    """Return the numbers of link 1's beam, those of an arm of ours unless given, None if rigid."""
     given = {} if part is None else part.model_dump(exclude_none=True)
     if usual is not None:
         return vars(replace(usual, **given))
