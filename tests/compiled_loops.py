@@ -17,6 +17,7 @@ import numpy as np
 
 from controllers import TUNED_IDEAL
 from flexsim import Robot, closed_loop, drive, reference, setting
+from flexsim.loop.hardware import HARDWARE
 from flexsim.loop.trajectories import Trajectory
 
 PATH = Trajectory("line", duration=0.01, hold=0.0, start=(0.60, 0.30), end=(0.599, 0.301))
@@ -24,11 +25,19 @@ PATIENCE = 120.0  # [s] for the others' loops; what is missing then is compiled 
 PAUSE = 0.05  # [s] between looks
 
 
-def _closed(plant: str) -> None:
+def _closed(plant: str, hardware: str = "ideal") -> None:
     """Run a plant's closed loop for ten samples."""
-    model, ideal = Robot().plant(plant), setting("none")
+    model, chosen = Robot().plant(plant), setting("none", HARDWARE[hardware])
     filters = [TUNED_IDEAL["line"].filters(1e-3)]
-    closed_loop(model, ideal, reference(PATH, model.parameters), filters, energy=False)
+    closed_loop(model, chosen, reference(PATH, model.parameters), filters, energy=False)
+
+
+def _worn(plant: str) -> None:
+    _closed(plant, "worn")
+
+
+def _bridges(plant: str) -> None:
+    _closed(plant, "bridges")
 
 
 def _open(plant: str) -> None:
@@ -41,6 +50,9 @@ JOBS: tuple[tuple[Callable[[str], None], str], ...] = (  # the longest first
     (_closed, "closed-chain"),
     (_open, "printed"),
     (_closed, "assumed-modes"),
+    (_bridges, "assumed-modes"),
+    (_worn, "assumed-modes"),
+    (_worn, "chain"),
     (_closed, "rod"),
     (_closed, "chain"),
     (_open, "assumed-modes"),

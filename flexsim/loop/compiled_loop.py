@@ -286,7 +286,7 @@ def run_all(  # type: ignore[no-untyped-def]
             bridge,
             loop,
             controllers,
-            i,
+            np.int64(i),  # unsigned in threads alone: numba would compile run_one for both
             numbers[i],
             starts[which[i, 5]].copy(),
             stride,

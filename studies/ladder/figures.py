@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexsim.arm.chain_design import DESIGNS
 from flexsim.recording.traces import kind
 from studies.core.figures import (
     BLUE,
@@ -38,7 +37,6 @@ MARKERS = {
     **{"rigid": "D", "assumed-modes": "o", "printed": "X"},
     **{"chain": "s", "untuned": "^", "rule-of-thumb": "v"},
 }
-CROWDED = ("7", "9", "11", "13", "14", "15")  # segments whose number would cover another
 LOOKS: dict[
     str, dict[str, Any]
 ] = {  # of integrators: Euler and implicitfast nearly coincide, the former a broad rim
@@ -108,12 +106,11 @@ def _series(axes: Axes, rows: Sequence[PlantRow], torque: str) -> None:
     axes.plot(*np.transpose(points), marker=MARKERS.get(name, "P"), label=label, **how)
     for row, point in zip(held, points, strict=True):
         size = row.plant.partition(":")[2]
-        if size not in CROWDED or name not in DESIGNS:
-            left = name == "chain" or row.plant == "assumed-modes:3"
-            place = {"xytext": (-4, -3), "ha": "right"} if left else {"xytext": (3, 3)}
-            how = {"color": colour, "size": SMALL, "textcoords": "offset points"}
-            if size:
-                axes.annotate(size, point, **how, **place)
+        left = name == "chain" or row.plant == "assumed-modes:3"
+        place = {"xytext": (-4, -3), "ha": "right"} if left else {"xytext": (3, 3)}
+        how = {"color": colour, "size": SMALL, "textcoords": "offset points"}
+        if size:
+            axes.annotate(size, point, **how, **place)
 
 
 @drawn

@@ -76,7 +76,9 @@ def test_the_other_static_estimators_are_exact_in_their_own_shapes() -> None:
     assert found == pytest.approx(P.static_compliance, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["assumed-modes", "closed-chain", "rod"])
+@pytest.mark.parametrize(
+    "name", ["assumed-modes", pytest.param("closed-chain", marks=pytest.mark.slow), "rod"]
+)
 def test_bridges_read_the_plants_curvature(name: str) -> None:
     """Gain, mounting error, offset and drift as written; and v is J of that."""
     plant = Robot().plant(name)
@@ -235,9 +237,12 @@ def test_the_filter_in_the_loop_is_the_filter(modes_plant: AssumedModesPlant) ->
     assert off[3] < 0.02 < off[1]
 
 
-def test_the_closed_loop_reads_as_the_rows_say(plant: Plant) -> None:
+@pytest.mark.parametrize(
+    "name", ["assumed-modes", pytest.param("chain", marks=pytest.mark.slow)]
+)  # compiled once more for each
+def test_the_closed_loop_reads_as_the_rows_say(name: str) -> None:
     """What the controllers get in the batch's loop, noise by run; and two threads are the same."""
-    sampled = reference(SHORT, P)
+    plant, sampled = Robot().plant(name), reference(SHORT, P)
     built = replace(HARDWARE["bridges"], seed=2)
     chosen = Setting("test", setting("none").friction, "", hardware=built)
     one, two = closed_loop(plant, chosen, sampled, [IIR, IIR], threads=2)

@@ -475,7 +475,7 @@ np.save(sys.argv[1], np.hstack([motion.state, motion.torque, motion.error]))
 """
 
 
-@pytest.mark.parametrize("form", ["consistent", "printed"])
+@pytest.mark.parametrize("form", ["consistent", pytest.param("printed", marks=pytest.mark.slow)])
 def test_interpreted_loop_is_the_compiled_one(form: str, tmp_path: Path) -> None:
     results = []
     for disabled in ("0", "1"):
