@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexsim.arm.arms import ARMS, PUBLISHED_HZ, Arm, FirstLink, named_arm
+from flexsim.arm.arms import ARMS, MOTOR_2, PUBLISHED_HZ, Arm, FirstLink, named_arm
 from flexsim.arm.beam import beta_lengths, load_of
 from flexsim.arm.free_arm import joint_free_frequencies
 from flexsim.arm.parameters import Parameters
@@ -55,7 +55,7 @@ def test_a_stiff_link_1_is_the_papers(theta2: float) -> None:
 
 def test_one_link_is_the_second_of_the_two() -> None:
     two, one = named_arm("two-flexible").parameters, named_arm("one-link").parameters
-    assert replace(one, I_m1=two.I_m1) == two
+    assert replace(one, I_m1=two.I_m1, I_m2=MOTOR_2) == two
 
 
 @pytest.mark.parametrize(
