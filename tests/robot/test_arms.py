@@ -18,6 +18,7 @@ from flexsim.numerics.eigen import natural_modes
 from flexsim.numerics.types import Array
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
+from studies.parity.motions import fitting_torque
 
 FILE = Path(__file__).parents[2] / "models" / "one_link.xml"
 NONE = setting("none")
@@ -78,3 +79,10 @@ def test_a_turn_is_a_reference_of_the_joints() -> None:
         Turn(duration=0.0)
     with pytest.raises(ParameterError, match="lead"):
         Turn(lead=-1.0)
+
+
+def test_trial_torques_leave_a_joint_that_stands_still() -> None:
+    """In proportion to the inertia that a joint feels they would be 1e30 N m."""
+    torque = fitting_torque(Robot.named("one-link").plant("chain"), 1.0)
+    assert not torque[:, 0].any()
+    assert 1e-3 < np.abs(torque[:, 1]).max() < 10.0
