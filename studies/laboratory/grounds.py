@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ from studies.spec.draws import sobol_samples
 
 OFTEN = 4  # times as many runs without suspects: all ratios share their median
 PILOT = 32  # draws of all suspects by which ranges are shrunk
-CHECKED = 6  # MuJoCo's own runs of a case
+CHECKED = 6  # MuJoCo's own runs of a case, at most
 
 Ran = Callable[[str, int], Callable[[int], None]]
 
@@ -277,10 +278,10 @@ def check_rows(ground: Ground, where: str, place: Place) -> list[CheckRow]:
         ground: on a chain in closed form. where: in words. place: there.
     """
     loops = ground.loops
-    rows = []
+    rows, checked = [], min(CHECKED, loops.repeats // OFTEN)
     for case, paper in enumerate(paper_cases()):
         jobs = [Job(place, case, repeat) for repeat in range(loops.repeats)]
-        some = [job._replace(place=replace(place, plant="chain")) for job in jobs[:CHECKED]]
+        some = [job._replace(place=replace(place, plant="chain")) for job in jobs[:checked]]
         repeats, own = (run_jobs(loops, each).envelope for each in (jobs, some))
         check = check_sample(repeats, list(own))
         rows.append(CheckRow(ground.controllers, where, paper.name, check))

@@ -3,9 +3,10 @@
 >>> with going_on(Path("runs/laboratory")) as kept:        # doctest: +SKIP
 ...     found = kept.of(what, lambda: simulated(what))
 
-What is asked names its file: what is run, and the versions and sources that run it. So whatever was
-run before, by this command or by another one with runs in common, is not run again, and nothing
-comes of older sources. Files lie in a folder beside the study's own, until that stands.
+What is asked names its file: what is run, and the versions and sources that decide what comes of
+it. So whatever was run before, by this command or by another one with runs in common, is not run
+again, and nothing comes of older sources. Files lie in a folder beside the study's own, until that
+stands.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -29,11 +31,17 @@ from flexsim.numerics.types import Array
 from studies.core.ending import NOTHING_KEPT, saying
 from studies.core.folder import require_free, versions
 from studies.core.text import spelled
-from studies.core.version import sources
+from studies.core.version import ROOT
 
 ENDING = ".begun"  # of the folder's name
 NAME = re.compile(r"[0-9a-f]{32}\.npy")
 MOST = 64 * MIB
+DECIDES = (  # sources that what comes of a run depends on
+    "flexsim/**/*.py",
+    "controllers/**/*.py",
+    *(f"studies/core/{name}.py" for name in ("paper", "evidence/repeats", "evidence/intervals")),
+    *(f"studies/laboratory/{name}.py" for name in ("loops", "place")),
+)
 
 
 @dataclass(frozen=True)
@@ -70,9 +78,18 @@ class Kept:
         return array
 
 
+@cache
+def _sources() -> str:
+    """Return a digest of the code that decides what comes of a run."""
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in DECIDES for path in ROOT.glob(pattern)):
+        digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
 def _digest(what: str) -> str:
     """Return a name for what is asked of these versions and sources."""
-    by = versions() | {"sources": sources()}
+    by = versions() | {"sources": _sources()}
     by.pop("platform")
     return hashlib.sha256(f"{json.dumps(by)}\n{what}".encode()).hexdigest()[:32]
 

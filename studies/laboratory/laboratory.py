@@ -75,13 +75,13 @@ class LaboratoryConfig(LoopOptions):
     suspects: tuple[str, ...] = tuple(SUSPECTS)
     """What may be other than in the simulation; see the study's README."""
     perturbations: Perturbations = 10
-    sizes: int = 9
+    sizes: int = 7
     """Sizes of each suspect alone."""
     decades: float = 2.0
     """Decades [-] over which sizes reach down from the largest; priors are as wide, and half."""
-    draws: int = 128
+    draws: int = 96
     """Draws of the sizes of several suspects together."""
-    base: int = 256
+    base: int = 128
     """Draws of all sizes behind Sobol' indices, each run twice, a power of 2; 0 for none."""
     synthetic: int = 40
     """Data sets that each hypothesis makes, to be scored in turn; 0 for none."""

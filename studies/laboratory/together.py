@@ -10,8 +10,8 @@ These loops are chaotic: two runs that differ in the last digit of anything diff
 total index, of what changes when a number does, has all of luck in it, whatever the number. So each
 draw is run LUCKS times, with other fourth digits of the gains and other noise, and what is given is
 the share of a run's variance that each number explains alone, that luck does, and the rest, which
-numbers do together. First-order indices are of the means over LUCKS in BINS bins of a number, as
-many draws in each: what bins scatter more than the draws within them, without bias where a number
+numbers do together. First-order indices are of the means over LUCKS in bins of a number, IN_BIN
+draws in each: what bins scatter more than the draws within them, without bias where a number
 does nothing.
 
 Source: Kelley, PNAS 21 (1935) 554 (epsilon squared); Plischke, RESS 95 (2010) 354 (Sobol' indices
@@ -35,8 +35,8 @@ from studies.laboratory.suspects import Suspect
 
 LUCK, TOGETHER = "luck", "together"
 LUCKS = 2  # runs of each draw
-BINS, LEAST_BINS = 8, 2  # of a number, of one sign each where it has two
-IN_BIN = 8  # draws of a bin at least, unless bins are LEAST_BINS
+LEAST_BINS, MOST_BINS = 2, 32  # of a number, of one sign each where it has two
+IN_BIN = 16  # draws of a bin
 GROUPS = 16  # of draws, each left out once for intervals
 CAP = 10.0  # a factor at which logarithms are cut off; a run that diverged counts as that
 DIVERGED_MOST = 0.05  # share of draws that may, in the ranges of the factor's indices
@@ -147,7 +147,7 @@ def shares(unit: Array, y: Array) -> Array:
     mean = y.mean(axis=1)
     luck = y.var(axis=1, ddof=1).mean()
     whole = mean.var(ddof=1) + (1 - 1 / lucks) * luck
-    bins = BINS if n >= BINS * IN_BIN else LEAST_BINS
+    bins = max(LEAST_BINS, min(MOST_BINS, n // IN_BIN // 2 * 2))
     square = ((mean - mean.mean()) ** 2).sum()
     own = []
     for column in unit.T:

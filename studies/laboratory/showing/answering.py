@@ -93,8 +93,32 @@ def _of_controllers(result: LaboratoryResult, name: str, grounds: list[Ground]) 
         f"of the factors in their ranges: {_names(nothing)}. Some loop diverges before it is as "
         f"much worse: {_names(lost)}."
     ]
+    words.append(_growing(result, name))
     words += [_likeliest(result, each) for each in grounds]
-    return " ".join(words)
+    return " ".join(each for each in words if each)
+
+
+def _growing(result: LaboratoryResult, name: str) -> str:
+    """Return what makes the exact linear loop grow, and from which size on; '' if nothing does."""
+    rows = [row for row in result.growth if row.controllers == name]
+    always, sizes = [], []
+    for each in dict.fromkeys(row.suspect for row in rows):
+        suspect = SUSPECTS[each.split()[0]]
+        grows = [row.grows for row in rows if row.suspect == each]
+        if any(size is None for size in grows):
+            continue
+        if not suspect.sized:
+            always.append(each)
+        elif max(size or 0.0 for size in grows) > 0:
+            ends = sorted({two_digits(suspect.scale * (size or 0.0)) for size in grows}, key=float)
+            between = f"{ends[0]} to {ends[-1]}" if len(ends) > 1 else ends[0]
+            sizes.append(f"{each} from {between} {suspect.unit}".strip())
+    if not rows:
+        return ""
+    return (
+        f"The exact linear loop grows in all four cases with {_names(always)}, and with "
+        f"{_names(sizes)}."
+    )
 
 
 def _likeliest(result: LaboratoryResult, ground: Ground) -> str:
