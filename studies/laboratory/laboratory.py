@@ -57,8 +57,8 @@ class LaboratoryConfig(LoopOptions):
     """Add what a laboratory has to our bench, and ask what explains the paper's four factors."""
 
     QUICK: ClassVar = {
-        **{"suspects": 2, "controllers": 1, "perturbations": 2, "sizes": 3},
-        **{"draws": 4, "base": 8, "synthetic": 6},
+        **{"suspects": 2, "controllers": 1, "perturbations": 2, "sizes": 2},
+        **{"draws": 4, "base": 4, "synthetic": 6},
     }
 
     out: Out = Path("runs/laboratory")

@@ -509,5 +509,5 @@ def test_a_quick_run_has_all_its_parts(quick: Callable[[str], QuickRun]) -> None
         assert sum(row["probability"] for row in mine) == pytest.approx(1.0)
         assert mine[0]["hypothesis"] == "none" and mine[0]["bayes"] == 1.0
     assert {row["check_inside"] for row in run.content["checks"]} == {True}
-    assert len(run.table("alone.csv")) == 2 * 3 * 3 * 4  # plants, signed curves, sizes, cases
+    assert len(run.table("alone.csv")) == 2 * 3 * 2 * 4  # plants, signed curves, sizes, cases
     assert "likeliest" in run.text

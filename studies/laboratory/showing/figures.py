@@ -44,7 +44,7 @@ def figures_of(result: LaboratoryResult) -> Iterator[tuple[str, Figure]]:
     yield "hypotheses", probability_figure(result)
     for controllers in dict.fromkeys(each.controllers for each in result.grounds):
         lines = [line for line in index_lines(result) if line.controllers == controllers]
-        if any(row.found.first is not None for line in lines for row in line.cells):
+        if any(line.suspect not in (LUCK, TOGETHER) for line in lines):
             yield f"sobol_{controllers}", index_figure(lines)
 
 

@@ -70,6 +70,8 @@ def cell(row: ReachRow) -> str:
     if found.most is None:
         return "diverges"
     until = "" if lost is None else f", {DIVERGES}{_two(scale * lost)}"
+    if not SUSPECTS[row.suspect.split()[0]].sized and found.most_low is not None:
+        until = f" [{_two(found.most_low)},{_two(found.most_high)}]"
     return f"x{_two(found.most)}{until}"
 
 
