@@ -23,7 +23,7 @@ from flexsim.linear.loop_poles import small_signal
 from flexsim.numerics.types import Array
 from studies.laboratory.alone import sizes_of
 from studies.laboratory.loops import Loops
-from studies.laboratory.place import Place
+from studies.laboratory.place import MORE, Place
 from studies.laboratory.suspects import Suspect
 
 
@@ -91,17 +91,24 @@ def growth_rows(
             name = each.name if len(each.signs) == 1 else f"{each.name} {'+' if sign > 0 else '-'}"
             for case, own in zip(loops.cases, growth.T, strict=True):
                 ends = float(its[0]), float(its[-1]), float(own[0]), float(own[-1])
-                rows.append(GrowthRow(loops.name, name, case.name, *ends, crossing(its, own)))
+                grows = crossing(its, own, whole=any(one.how is MORE for one in each.changes))
+                rows.append(GrowthRow(loops.name, name, case.name, *ends, grows))
     return rows
 
 
-def crossing(sizes: Array, growth: Array) -> float | None:
-    """Return the size from which on growth (K,) exceeds `SLACK`, 0 for the least, None for none."""
+def crossing(sizes: Array, growth: Array, whole: bool = False) -> float | None:
+    """Return the size from which on growth (K,) exceeds `SLACK`, 0 for the least, None for none.
+
+    Args:
+        whole: whether sizes are rounded; else what is between two is interpolated.
+    """
     grows = growth > SLACK
     if not grows.any():
         return None
     k = int(grows.argmax())
     if k == 0:
         return 0.0
+    if whole:
+        return float(round(sizes[k]))
     share = (SLACK - growth[k - 1]) / (growth[k] - growth[k - 1])
     return float(np.exp(np.log(sizes[k - 1]) + share * np.log(sizes[k] / sizes[k - 1])))

@@ -13,7 +13,8 @@ import pytest
 from quick_run import QuickRun
 from scipy import stats
 
-from controllers import COLLOCATED
+from controllers import COLLOCATED, TUNED
+from controllers.tuned_collocated import TextbookPid
 from flexsim import FlexsimError
 from flexsim.linear.growth import SLACK, extreme_poses, growth_rates
 from flexsim.linear.loop_poles import LoopOptions, spectral_radii
@@ -39,7 +40,7 @@ from studies.laboratory.hypotheses import (
 from studies.laboratory.kept import Kept, folder_of, forget, going_on
 from studies.laboratory.laboratory import LaboratoryConfig, carried_on, run
 from studies.laboratory.linear import crossing, growth_at, growth_rows
-from studies.laboratory.loops import Job, _population, loops_of, run_jobs
+from studies.laboratory.loops import KINDS, Job, _population, loops_of, run_jobs
 from studies.laboratory.place import PER_TURN, Change, Place
 from studies.laboratory.rows import Ground, paper_cases
 from studies.laboratory.scored import DISCREPANCIES, between
@@ -55,6 +56,10 @@ REPEATS = 6
 IN_BINS = 0.035  # what 32 bins of a smooth function leave in them, and the draws' scatter
 MILD = 1.5  # [1/s] growth that five seconds of a run hardly show
 RMS_MORE = 1.03  # two per cent, and the luck of so few repeats
+FOR_THE_LINE = TextbookPid(  # COLLOCATED.source, but --trajectory line --hardware bench
+    *("line", (603.557, 0.201308, 6.76451), (35.0203, 0.0385488, 0.408484)),  # --generations 60
+    *(0.003, "a search"),
+)
 BENCH = Place(setting=setting("simulink", HARDWARE["bench"]))
 
 
@@ -342,6 +347,20 @@ def test_collocated_pids_take_no_more_effort_than_the_default_ones() -> None:
     assert (own_rms < RMS_MORE * usual_rms).all()
 
 
+def test_a_search_for_the_line_alone_finds_no_narrower_collocated_pids(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So one set for all paths is fair: medians on the line; what it finds varies less instead."""
+    found = []
+    for each in (COLLOCATED, FOR_THE_LINE):
+        monkeypatch.setitem(KINDS, "other", (dict.fromkeys(TUNED, each), 0.0))  # type: ignore[misc]
+        jobs = [Job(BENCH, 0, repeat) for repeat in range(REPEATS)]
+        found.append(run_jobs(loops_of("other", BENCH.parameters, REPEATS, seed=1), jobs))
+    own, other = (np.median(each.envelope) for each in found)
+    assert own < other
+    assert np.median(found[1].variation.sum(axis=1)) < np.median(found[0].variation.sum(axis=1))
+
+
 def test_equal_jobs_are_run_once_and_pairs_have_the_same_luck() -> None:
     told: list[int] = []
     loops = loops_of("default", BENCH.parameters, 2, seed=1)
@@ -415,6 +434,7 @@ def test_growth_over_sizes_on_the_exact_beam() -> None:
     assert crossing(sizes, np.array([SLACK - 1, SLACK + 1, 9.0])) == pytest.approx(10**0.5)
     assert crossing(sizes, np.array([1.0, 0.0, 0.0])) == 0.0
     assert crossing(sizes, np.zeros(3)) is None
+    assert crossing(np.array([0.43, 0.93, 2.0]), np.array([0.0, 9.0, 9.0]), whole=True) == 1.0
 
 
 def test_a_cause_of_many_suspects_has_no_more_than_one_of_few() -> None:

@@ -94,8 +94,20 @@ def _of_controllers(result: LaboratoryResult, name: str, grounds: list[Ground]) 
         f"much worse: {_names(lost)}."
     ]
     words.append(_growing(result, name))
-    words += [_likeliest(result, each) for each in grounds]
+    for each in grounds:
+        words += [_likeliest(result, each), _causes(result, each)]
     return " ".join(each for each in words if each)
+
+
+def _causes(result: LaboratoryResult, ground: Ground) -> str:
+    """Return how likely each cause is on a ground, the least and the most of all ways to score."""
+    rows = of_ground(result.causes, ground)
+    parts = []
+    for cause in dict.fromkeys(row.cause for row in rows):
+        odds = [100 * row.probability for row in rows if row.cause == cause]
+        parts.append((odds[0], f"{cause} {odds[0]:.0f} % ({min(odds):.0f} to {max(odds):.0f})"))
+    said = ", ".join(text for _, text in sorted(parts, reverse=True))
+    return f"As causes, equally likely before: {said}, by how it is scored."
 
 
 def _growing(result: LaboratoryResult, name: str) -> str:

@@ -23,9 +23,9 @@ from studies.core.figures import (
     name_lines,
 )
 from studies.laboratory.alone import Curve
-from studies.laboratory.rows import Ground, LaboratoryResult, paper_cases
+from studies.laboratory.rows import Ground, IndexRow, LaboratoryResult, paper_cases
 from studies.laboratory.showing.answering import likely
-from studies.laboratory.showing.more_tables import IndexLine, index_lines
+from studies.laboratory.showing.more_tables import index_lines
 from studies.laboratory.together import LUCK, TOGETHER
 
 ACROSS, PANELS = 5, 30
@@ -45,7 +45,9 @@ def figures_of(result: LaboratoryResult) -> Iterator[tuple[str, Figure]]:
     for controllers in dict.fromkeys(each.controllers for each in result.grounds):
         lines = [line for line in index_lines(result) if line.controllers == controllers]
         if any(line.suspect not in (LUCK, TOGETHER) for line in lines):
-            yield f"sobol_{controllers}", index_figure(lines)
+            names = list(dict.fromkeys(line.suspect for line in lines))
+            rows = [row for row in result.indices if row.controllers == controllers]
+            yield f"sobol_{controllers}", index_figure(rows, names)
 
 
 @drawn
@@ -136,32 +138,31 @@ def probability_figure(result: LaboratoryResult) -> Figure:
 
 
 @drawn
-def index_figure(lines: Sequence[IndexLine]) -> Figure:
-    """Return what suspects that are told from nothing explain alone, by case and plant.
+def index_figure(indices: Sequence[IndexRow], told: Sequence[str]) -> Figure:
+    """Return what suspects explain alone, by case and plant.
 
     Args:
-        lines: of the same controllers.
+        indices: under the same controllers. told: from nothing somewhere; luck and together, too.
     """
-    plants = list(dict.fromkeys(line.plant for line in lines))
-    most: dict[str, float] = {}
-    for line in lines:
-        own = max(row.found.first or 0.0 for row in line.cells)
-        most[line.suspect] = max(most.get(line.suspect, 0.0), own)
+    rows = [row for row in indices if row.found.of == "factor" and row.found.suspect in told]
+    plants = list(dict.fromkeys(row.plant for row in rows))
+    most = dict.fromkeys(told, 0.0)
+    for row in rows:
+        most[row.found.suspect] = max(most[row.found.suspect], row.found.first or 0.0)
     last = (LUCK, TOGETHER)
-    names = sorted((name for name in most if name not in last), key=lambda name: -most[name])
+    names = sorted((name for name in told if name not in last), key=lambda name: -most[name])
     names = [*names[: LINES - len(last)], *last]
     cases = [each.name for each in paper_cases()]
     figure, panels = canvas(1, len(cases), height=30 + 5 * len(names), sharey=True)
-    for line in lines:
-        if line.suspect not in names:
+    for row in rows:
+        if row.found.suspect not in names or row.found.first is None:
             continue
-        place = plants.index(line.plant)
-        height = names.index(line.suspect) + 0.36 * ((place + 0.5) / len(plants) - 0.5)
+        place = plants.index(row.plant)
+        height = names.index(row.found.suspect) + 0.36 * ((place + 0.5) / len(plants) - 0.5)
+        ends = (row.found.first_low, row.found.first_high)
+        axes = panels[0, cases.index(row.found.case)]
         how = {"color": COLOURS[place]}
-        for axes, row in zip(panels.flat, line.cells, strict=True):
-            if row.found.first is not None:
-                ends = (row.found.first_low, row.found.first_high)
-                interval(axes, row.found.first, height, ends, MARKERS[place], **how)
+        interval(axes, row.found.first, height, ends, MARKERS[place], **how)
     for axes, case in zip(panels.flat, cases, strict=True):
         axes.set(title=case, xlabel="share of variance", xlim=(-0.15, 1.15))
     for place, plant in enumerate(plants):
@@ -169,7 +170,7 @@ def index_figure(lines: Sequence[IndexLine]) -> Figure:
         panels[0, 0].plot([], [], MARKERS[place], **how)
     name_lines(panels[0, 0], names)
     caption = (
-        f"Sobol' indices of first order of the factor's logarithm, {lines[0].controllers} "
+        f"Sobol' indices of first order of the factor's logarithm, {rows[0].controllers} "
         "controllers: shares of a run's variance, with 95 % intervals by a jackknife. Luck: what "
         "runs of the same sizes differ by; together: what none explains alone."
     )

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexsim.linear.growth import SLACK
-from studies.core.evidence.digits import with_interval
 from studies.core.table import Column, Table
 from studies.laboratory.causes import FAMILIES, SEVERAL
 from studies.laboratory.linear import GrowthRow
@@ -148,7 +147,8 @@ def _index(row: IndexRow) -> str:
     found = row.found
     if not found.told:
         return "-"
-    return with_interval(found.first, found.first_low, found.first_high)
+    value, low, high = (100 * (x or 0.0) for x in (found.first, found.first_low, found.first_high))
+    return f"{value:.0f} [{low:.0f},{high:.0f}]"
 
 
 def _scales(result: LaboratoryResult) -> str:
@@ -166,7 +166,7 @@ def index_table(result: LaboratoryResult) -> Table:
     return Table(
         index_lines(result),
         (Column("suspect"), *case_columns(_index)),
-        "Together: Sobol' indices of log factor, what each explains alone",
+        "Together: Sobol' indices of log factor, what each explains alone [%]",
         f"Largest sizes times {_scales(result)}, so that about {100 * DIVERGED_MOST:.0f} % of runs "
         f"diverge at most, here {100 * lost:.0f} %, which count as a factor of {CAP:g}. {LUCK}: "
         f"what {LUCKS} runs of the same sizes differ by; {TOGETHER}: what none explains alone; -: "
