@@ -353,7 +353,7 @@ def test_a_search_for_the_line_alone_finds_no_narrower_collocated_pids(
     """So one set for all paths is fair: medians on the line; what it finds varies less instead."""
     found = []
     for each in (COLLOCATED, FOR_THE_LINE):
-        monkeypatch.setitem(KINDS, "other", (dict.fromkeys(TUNED, each), 0.0))  # type: ignore[misc]
+        monkeypatch.setitem(KINDS, "other", (dict.fromkeys(TUNED, each), 0.0))
         jobs = [Job(BENCH, 0, repeat) for repeat in range(REPEATS)]
         found.append(run_jobs(loops_of("other", BENCH.parameters, REPEATS, seed=1), jobs))
     own, other = (np.median(each.envelope) for each in found)
@@ -496,8 +496,14 @@ def test_an_interrupted_study_goes_on_to_the_same_result(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = LaboratoryConfig(
-        **{"out": tmp_path / "run", "suspects": ("payload",), "controllers": ("default",)},
-        **{"plants": ("assumed-modes",), "perturbations": 1, "sizes": 2, "draws": 1, "base": 0},
+        out=tmp_path / "run",
+        suspects=("payload",),
+        controllers=("default",),
+        plants=("assumed-modes",),
+        perturbations=1,
+        sizes=2,
+        draws=1,
+        base=0,
         synthetic=0,
     )
     whole = run(config)
