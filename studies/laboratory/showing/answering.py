@@ -125,12 +125,9 @@ def _growing(result: LaboratoryResult, name: str) -> str:
             ends = sorted({two_digits(suspect.scale * (size or 0.0)) for size in grows}, key=float)
             between = f"{ends[0]} to {ends[-1]}" if len(ends) > 1 else ends[0]
             sizes.append(f"{each} from {between} {suspect.unit}".strip())
-    if not rows:
+    if not always + sizes:
         return ""
-    return (
-        f"The exact linear loop grows in all four cases with {_names(always)}, and with "
-        f"{_names(sizes)}."
-    )
+    return f"The exact linear loop grows in all four cases with {_names([*always, *sizes])}."
 
 
 def _likeliest(result: LaboratoryResult, ground: Ground) -> str:
