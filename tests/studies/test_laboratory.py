@@ -536,4 +536,10 @@ def test_a_quick_run_has_all_its_parts(quick: Callable[[str], QuickRun]) -> None
         assert mine[0]["hypothesis"] == "none" and mine[0]["bayes"] == 1.0
     assert {row["check_inside"] for row in run.content["checks"]} == {True}
     assert len(run.table("alone.csv")) == 2 * 3 * 2 * 4  # plants, signed curves, sizes, cases
-    assert "likeliest" in run.text
+    assert "likeliest" in run.text and "As causes, equally likely before" in run.text
+    stated = [row for row in run.content["causes"] if row["discrepancy"] is None]
+    wide = [row for row in stated if row["plant"] == "closed-chain" and row["decades"] == 2.0]
+    assert sum(row["probability"] for row in wide) == pytest.approx(1.0)
+    grows = {row["suspect"]: row["grows"] for row in run.content["growth"]}
+    assert grows == {"gain +": 0.0, "gain -": 0.0}  # with bridges at any size; noise is not linear
+    assert not folder_of(run.folder).exists()
