@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import studies
+from studies.laboratory import kept
 from studies.tuning.record import DECIDES
 
 ROOT = Path(__file__).parents[1]
@@ -172,15 +173,26 @@ def test_rooms_have_about_a_dozen_files() -> None:
             assert len(files) <= ROOM_MOST, folder
 
 
-def test_a_tunings_digest_has_all_that_its_result_depends_on() -> None:
-    """Whatever the search imports, so that a run is not resumed with other code."""
+def all_imported(left: list[str], but: frozenset[str] = frozenset()) -> set[Path]:
+    """Return the files of modules and of all that these import, but for some and what they do."""
     seen: set[str] = set()
-    left = ["studies.tuning.problem", "studies.tuning.screened_draws"]
     while left:
         name = left.pop()
-        if name not in seen:
+        if name not in seen | but:
             seen.add(name)
             left += graph()[name]
+    return {modules()[name] for name in seen}
+
+
+def test_a_tunings_digest_has_all_that_its_result_depends_on() -> None:
+    """Whatever the search imports, so that a run is not resumed with other code."""
     named = {path for pattern in DECIDES for path in ROOT.glob(pattern)}
-    assert {modules()[name] for name in seen} <= named
+    assert all_imported(["studies.tuning.problem", "studies.tuning.screened_draws"]) <= named
     assert ROOT / "flexsim/loop/control/compiled.py" in named
+
+
+def test_kept_runs_digest_has_all_that_they_depend_on() -> None:
+    """Whatever runs the laboratory's loops, but for what keeps them."""
+    named = {path for pattern in kept.DECIDES for path in ROOT.glob(pattern)}
+    found = all_imported(["studies.laboratory.loops"], frozenset({"studies.laboratory.kept"}))
+    assert found <= named and ROOT / "studies/laboratory/place.py" in found

@@ -4,7 +4,9 @@
 >>> curves[0].ratio()               # (sizes, cases) to the bench without it, inf where diverged
 >>> reached(curves[0], case=0, factor=3.3, seed=1).size
 
-Repeats i with and without a suspect have the same gains and noise: their ratio is one of pairs.
+Ratios are to the median of all runs without the suspect, of which there are more. Repeats i with
+and without it have the same gains and noise, but these loops are chaotic: after a second a run
+knows nothing of its pair, and pairing would make no interval narrower.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ class Curve:
 
     Attributes:
         suspect, sign: as named. sizes: (K,) rising, above 0 [SI].
-        envelopes: (K, C, R) [m], inf where diverged. base: (C, R) of the same repeats without it.
+        envelopes: (K, C, R) [m], inf where diverged. base: (C, R') of repeats without it, R' >= R.
     """
 
     suspect: Suspect
@@ -63,6 +65,7 @@ def scan(
     place: Place,
     suspects: Sequence[Suspect],
     base: Array,
+    repeats: int,
     sizes: int,
     decades: float,
     ran: Callable[[int], None],
@@ -70,9 +73,9 @@ def scan(
     """Return every suspect's curves.
 
     Args:
-        base: (C, R) envelopes of the place without suspects [m].
+        base: (C, R') envelopes of the place without suspects [m]. repeats: R of each size.
     """
-    cases, repeats = base.shape
+    cases = len(base)
     pairs = [
         (each, sign, sizes_of(each, sizes if each.sized else 1, decades))
         for each in suspects
@@ -97,7 +100,7 @@ class Reached:
     Attributes:
         size: from which to the largest, or to where half of the runs diverge, the ratio of medians
             is at least the factor [SI]; None where it is not. low, high: 95 % interval, a bootstrap
-            of the pairs, None for an end that is not known. share: of resamples that reach it.
+            of the runs, None for an end that is not known. share: of resamples that reach it.
         most: the largest ratio, where less than half diverges, and its 95 % interval; None where
             it diverges from the least size on.
         diverges: the least size from which on half of the runs or more diverge; None for none.
@@ -141,14 +144,15 @@ def reached(curve: Curve, case: int, factor: float, seed: int) -> Reached:
     envelopes, base = curve.envelopes[:, case], curve.base[case]
     ratio = curve.ratio()[:, case]
     size = float(first_of(ratio[:, None], curve.sizes, factor)[0])
-    drawn = np.random.default_rng(seed).integers(0, len(base), (RESAMPLES, len(base)))
-    ratios = np.median(envelopes[:, drawn], axis=2) / np.median(base[drawn], axis=1)
+    rng, runs = np.random.default_rng(seed), envelopes.shape[1]
+    drawn, own = (rng.integers(0, count, (RESAMPLES, count)) for count in (runs, len(base)))
+    ratios = np.median(envelopes[:, drawn], axis=2) / np.median(base[own], axis=1)
     sizes = first_of(ratios, curve.sizes, factor)
     bounded = np.cumsum(np.isinf(ratio)) == 0
     some = bool(bounded.any())
     top = ratios[bounded].max(axis=0) if some else np.zeros(0)
     diverged = np.flatnonzero(np.isinf(ratio))
-    known = len(base) >= LEAST_RUNS
+    known = runs >= LEAST_RUNS
     low, high = _ends(sizes) if known and np.isfinite(size) else (None, None)
     most_low, most_high = _ends(top) if known and some else (None, None)
     return Reached(

@@ -19,6 +19,7 @@ from studies.core.evidence.check_sample import check_sample
 from studies.core.evidence.intervals import known_ends, median_interval, ratio_interval, share_of
 from studies.laboratory.alone import reached, scan
 from studies.laboratory.hypotheses import Hypothesis
+from studies.laboratory.kept import Kept
 from studies.laboratory.loops import Job, loops_of, run_jobs
 from studies.laboratory.place import Place
 from studies.laboratory.rows import (
@@ -33,19 +34,19 @@ from studies.laboratory.rows import (
 from studies.laboratory.scored import ALL, PAPER, alone_hypotheses, none
 from studies.laboratory.suspects import CAUSES, FRICTION, MEASURED, MODES, SUSPECTS, Suspect
 from studies.laboratory.together import (
-    LUCK,
+    LUCKS,
     draws_from,
     factors_at,
     indices,
     places_from,
-    saltelli_draws,
     shrunk,
+    sizes_from,
 )
 from studies.spec.draws import sobol_samples
 
 OFTEN = 4  # times as many runs without suspects: all ratios share their median
 PILOT = 32  # draws of all suspects by which ranges are shrunk
-CHECKED = 6  # MuJoCo's own runs of a case
+CHECKED = 6  # MuJoCo's own runs of a case, at most
 
 Ran = Callable[[str, int], Callable[[int], None]]
 
@@ -58,6 +59,7 @@ class Numbers:
         repeats: of each suspect's size. sizes, decades: of those. draws: of several suspects.
         base: n of Sobol' indices. seed: of what is random. threads: None for all.
         bar: from a label and a number of runs to a function that is told how many are done.
+        kept: what was run before, None to run it all.
     """
 
     repeats: int
@@ -68,6 +70,7 @@ class Numbers:
     seed: int
     threads: int | None
     bar: Ran
+    kept: Kept | None = None
 
 
 def ground_of(
@@ -79,7 +82,8 @@ def ground_of(
         ParameterError: the loops diverge without any suspect.
     """
     every = OFTEN * numbers.repeats
-    loops = loops_of(controllers, place.parameters, every, numbers.seed, numbers.threads)
+    how = (every, numbers.seed, numbers.threads, numbers.kept)
+    loops = loops_of(controllers, place.parameters, *how)
     cases = len(loops.cases)
     jobs = [Job(place, case, repeat) for case in range(cases) for repeat in range(every)]
     label = f"{controllers}, {place.plant}"
@@ -91,8 +95,8 @@ def ground_of(
         )
     places = sum(len(each.signs) * (numbers.sizes if each.sized else 1) for each in suspects)
     ran = numbers.bar(f"{label}, alone", places * cases * numbers.repeats)
-    few = base[:, : numbers.repeats]
-    curves = scan(loops, place, suspects, few, numbers.sizes, numbers.decades, ran)
+    its = (numbers.repeats, numbers.sizes, numbers.decades)
+    curves = scan(loops, place, suspects, base, *its, ran)
     return Ground(place, loops, base, curves)
 
 
@@ -137,7 +141,7 @@ def alone_rows(ground: Ground, seed: int) -> list[AloneRow]:
             enumerate(curve.sizes), enumerate(paper_cases())
         ):
             own, known = curve.envelopes[k, c], bool(np.isfinite(ratio[k, c]))
-            ends = ratio_interval(own, curve.base[c], seed) if known else None
+            ends = ratio_interval(own, curve.base[c], seed, paired=False) if known else None
             rows.append(
                 AloneRow(
                     ground.plant,
@@ -237,28 +241,33 @@ def index_rows(numbers: Numbers, suspects: Sequence[Suspect], ground: Ground) ->
     """Return Sobol' indices of the factor, in ranges in which few draws diverge, and of whether it
     diverges, in the stated ones, of suspects that have sizes; none where none are asked for.
     """
-    suspects = [each for each in suspects if each.sized]
+    suspects = [each for each in suspects if each.sized and ground.feels(each)]
     if not numbers.base or not suspects:
         return []
     where = f"{ground.controllers}, {ground.plant}, Sobol'"
-    pilot = sobol_samples(len(suspects) + 1, PILOT, np.random.default_rng((numbers.seed, 13)))
+    rng = np.random.default_rng((numbers.seed, 11))
+    unit = sobol_samples(len(suspects), numbers.base, rng)
+    luck = rng.integers(0, ground.loops.repeats, (numbers.base, LUCKS))
+    cases = [each.name for each in paper_cases()]
 
-    def logs_of(draws: Any) -> Array:
-        ran = numbers.bar(where, 4 * len(draws.luck))
-        places = places_from(ground.place, suspects, draws.sizes)
-        return factors_at(ground.loops, places, draws.luck.tolist(), ground.middle, ran)
+    def logs_of(unit: Array, luck: Any, scale: float) -> Array:
+        ran = numbers.bar(where, luck.size * len(cases))
+        sizes = sizes_from(suspects, unit, numbers.decades, scale)
+        places = places_from(ground.place, suspects, sizes)
+        found = [
+            factors_at(ground.loops, places, each.tolist(), ground.middle, ran) for each in luck.T
+        ]
+        return np.stack(found, axis=2)
 
     def diverged(scale: float) -> float:
-        draws = draws_from(suspects, pilot, numbers.decades, ground.loops.repeats, scale)
-        return float(np.isinf(logs_of(draws)).mean(axis=0).max())
+        some = slice(0, PILOT)
+        logs = logs_of(unit[some], luck[some, :1], scale)
+        return float(np.isinf(logs).mean(axis=(0, 2)).max())
 
-    names, cases = [*(each.name for each in suspects), LUCK], [each.name for each in paper_cases()]
+    names = [each.name for each in suspects]
     found, small = [], shrunk(diverged)
     for of, scale in (("factor", small), ("divergence", 1.0)):
-        draws = saltelli_draws(
-            suspects, numbers.base, numbers.decades, ground.loops.repeats, scale, numbers.seed
-        )
-        found += indices(names, cases, logs_of(draws), scale, of, numbers.seed)
+        found += indices(names, cases, unit, logs_of(unit, luck, scale), scale, of)
     return [IndexRow(ground.plant, ground.controllers, each) for each in found]
 
 
@@ -269,10 +278,10 @@ def check_rows(ground: Ground, where: str, place: Place) -> list[CheckRow]:
         ground: on a chain in closed form. where: in words. place: there.
     """
     loops = ground.loops
-    rows = []
+    rows, checked = [], min(CHECKED, loops.repeats // OFTEN)
     for case, paper in enumerate(paper_cases()):
         jobs = [Job(place, case, repeat) for repeat in range(loops.repeats)]
-        some = [job._replace(place=replace(place, plant="chain")) for job in jobs[:CHECKED]]
+        some = [job._replace(place=replace(place, plant="chain")) for job in jobs[:checked]]
         repeats, own = (run_jobs(loops, each).envelope for each in (jobs, some))
         check = check_sample(repeats, list(own))
         rows.append(CheckRow(ground.controllers, where, paper.name, check))

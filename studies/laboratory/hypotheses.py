@@ -100,7 +100,7 @@ def log_likelihoods(y: Array, hypothesis: Hypothesis, noise: Noise) -> Array:
         square = (some[:, None, :, None] - hypothesis.log_factors) ** 2  # (m, n, C, R)
         for s, variance in enumerate(variances.T):
             log = -0.5 * (square / variance[:, None] + np.log(2 * np.pi * variance)[:, None])
-            each = special.logsumexp(log, axis=3) - np.log(runs)
+            each = np.logaddexp.reduce(log, axis=3) - np.log(runs)
             found[start : start + step, :, s] = each.sum(axis=2)
     return found
 
@@ -108,7 +108,8 @@ def log_likelihoods(y: Array, hypothesis: Hypothesis, noise: Noise) -> Array:
 def log_marginals(y: Array, hypothesis: Hypothesis, noise: Noise) -> Array:
     """Return log p(y | hypothesis) (M,) of measured logarithms y (M, C)."""
     each = log_likelihoods(y, hypothesis, noise)
-    return np.asarray(special.logsumexp(each, axis=(1, 2)) - np.log(each[0].size))
+    whole = np.logaddexp.reduce(each.reshape(len(y), -1), axis=1)
+    return np.asarray(whole - np.log(each[0].size))
 
 
 def posteriors(y: Array, hypotheses: Sequence[Hypothesis], noise: Noise) -> Array:

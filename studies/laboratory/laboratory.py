@@ -7,6 +7,8 @@ Table 3's envelopes are 3.3, 1.5, 3.0 and 1.3 times as wide in the laboratory. S
 the paper names and those of any bench, are added to our bench: each alone, over its size; all
 together, which gives Sobol' indices; and as hypotheses, of which each has a likelihood of the four
 factors. Controllers are our own: those that mirror v, as the paper's do, and PIDs that ignore it.
+Beside the runs, the exact linear loop says from which size on it grows. A run that was interrupted
+goes on when the same command is given again.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from flexsim.errors import ParameterError
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from studies.core.carry_out import Study
 from studies.core.study_options import LoopOptions, Out, Perturbations, SettingName, check_each_once
-from studies.laboratory import report
+from studies.laboratory.causes import cause_rows
 from studies.laboratory.grounds import (
     Numbers,
     alone_rows,
@@ -37,10 +39,13 @@ from studies.laboratory.grounds import (
     reach_rows,
     run_again,
 )
+from studies.laboratory.kept import Kept, forget, going_on
+from studies.laboratory.linear import growth_rows
 from studies.laboratory.loops import KINDS
 from studies.laboratory.place import Place
 from studies.laboratory.rows import LaboratoryResult, SuspectRow
 from studies.laboratory.scored import leading, likeliest, scores, shown_size
+from studies.laboratory.showing import report
 from studies.laboratory.suspects import SUSPECTS, Suspect
 
 SIMULATED = MODES_PLANT, CHAIN = ("assumed-modes", "closed-chain")
@@ -52,8 +57,8 @@ class LaboratoryConfig(LoopOptions):
     """Add what a laboratory has to our bench, and ask what explains the paper's four factors."""
 
     QUICK: ClassVar = {
-        **{"suspects": 2, "controllers": 1, "perturbations": 2, "sizes": 3},
-        **{"draws": 8, "base": 2, "synthetic": 6},
+        **{"suspects": 2, "controllers": 1, "perturbations": 2, "sizes": 2},
+        **{"draws": 4, "base": 4, "synthetic": 6},
     }
 
     out: Out = Path("runs/laboratory")
@@ -69,15 +74,15 @@ class LaboratoryConfig(LoopOptions):
     """default, which mirror v, or collocated, PIDs that ignore it; or both."""
     suspects: tuple[str, ...] = tuple(SUSPECTS)
     """What may be other than in the simulation; see the study's README."""
-    perturbations: Perturbations = 8
-    sizes: int = 9
+    perturbations: Perturbations = 10
+    sizes: int = 7
     """Sizes of each suspect alone."""
     decades: float = 2.0
     """Decades [-] over which sizes reach down from the largest; priors are as wide, and half."""
-    draws: int = 64
+    draws: int = 96
     """Draws of the sizes of several suspects together."""
-    base: int = 32
-    """n of the n (d + 2) draws of Sobol' indices, on the first plant, a power of 2; 0 for none."""
+    base: int = 128
+    """Draws of all sizes behind Sobol' indices, each run twice, a power of 2; 0 for none."""
     synthetic: int = 40
     """Data sets that each hypothesis makes, to be scored in turn; 0 for none."""
 
@@ -93,7 +98,7 @@ class LaboratoryConfig(LoopOptions):
         size = self.modes if plant == MODES_PLANT else self.segments or SEGMENTS
         return replace(self.place, plant=plant, size=size)
 
-    def numbers(self, progress: Progress | None) -> Numbers:
+    def numbers(self, progress: Progress | None, kept: Kept | None) -> Numbers:
         """Return how much is run, shown on a bar."""
 
         def bar(label: str, total: int) -> Callable[[int], None]:
@@ -111,6 +116,7 @@ class LaboratoryConfig(LoopOptions):
             self.seed,
             self.threads,
             bar,
+            kept,
         )
 
     def widths(self, plant: str) -> tuple[float, ...]:
@@ -151,15 +157,20 @@ def _check(config: LaboratoryConfig) -> None:
         raise ParameterError(f"decades is {config.decades:g}; give more than 0, up to 6")
 
 
-def run(config: LaboratoryConfig, progress: Progress | None = None) -> LaboratoryResult:
+def run(
+    config: LaboratoryConfig, progress: Progress | None = None, kept: Kept | None = None
+) -> LaboratoryResult:
     """Return what every suspect does alone and together, and how likely it makes the factors.
+
+    Args:
+        kept: what was run before, and is not run again; None to run it all.
 
     Raises:
         ParameterError, ModelError: an unknown name, or a number out of range.
     """
     config = config.asked()
     _check(config)
-    suspects, numbers = config.chosen, config.numbers(progress)
+    suspects, numbers = config.chosen, config.numbers(progress, kept)
     result = LaboratoryResult([SuspectRow.of(each) for each in suspects])
     for controllers, plant in itertools.product(config.controllers, config.plants):
         ground = ground_of(numbers, suspects, config.at(plant), controllers)
@@ -167,10 +178,10 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
         result.base.extend(base_rows(ground))
         result.alone.extend(alone_rows(ground, config.seed))
         result.reach.extend(reach_rows(ground, config.seed))
+    _add_growth(config, result)
     score_all(config, numbers, result)
     for ground in result.grounds:
-        if ground.plant == config.plants[0]:
-            result.indices.extend(index_rows(numbers, suspects, ground))
+        result.indices.extend(index_rows(numbers, suspects, ground))
     for ground in result.grounds:
         if ground.plant == CHAIN:
             name, size = likeliest(ground, config.decades)
@@ -180,8 +191,16 @@ def run(config: LaboratoryConfig, progress: Progress | None = None) -> Laborator
     return result
 
 
+def _add_growth(config: LaboratoryConfig, result: LaboratoryResult) -> None:
+    """Add where the exact linear loops grow, which know no plant."""
+    for controllers in config.controllers:
+        (ground, *_) = [each for each in result.grounds if each.controllers == controllers]
+        its = (config.chosen, config.sizes, config.decades)
+        result.growth.extend(growth_rows(ground.loops, ground.place, *its))
+
+
 def score_all(config: LaboratoryConfig, numbers: Numbers, result: LaboratoryResult) -> None:
-    """Add what hypotheses are worth on every ground."""
+    """Add what hypotheses and causes are worth on every ground."""
     names = leading(result.grounds, config.decades)
     for ground in result.grounds:
         again = partial(run_again, numbers, ground)
@@ -191,14 +210,30 @@ def score_all(config: LaboratoryConfig, numbers: Numbers, result: LaboratoryResu
             own, pairs = scores(ground, hypotheses, decades, synthetic, config.seed, again)
             result.scores.extend(own)
             result.confusion.extend(pairs)
+            whole = decades == config.decades
+            result.causes.extend(cause_rows(ground, hypotheses, decades, varied=whole))
+
+
+def carried_on(config: LaboratoryConfig, progress: Progress | None = None) -> LaboratoryResult:
+    """Return what `run` does, going on from what was interrupted; a quick run keeps nothing.
+
+    Raises:
+        RunError: what is run cannot be kept; and what `run` raises.
+    """
+    _check(config.asked())
+    if config.quick:
+        return run(config, progress)
+    with going_on(config.out, config.force) as kept:
+        return run(config, progress, kept)
 
 
 command = Study(
-    run,
+    carried_on,
     report.tables,
     report.verdict,
     report.figures,
     report.facts,
+    lambda folder, config, result: forget(config.out),
     question="Why was the paper's laboratory worse than its simulation?",
     answer=report.answer,
 )

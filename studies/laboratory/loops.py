@@ -4,7 +4,8 @@
 >>> found = envelopes(loops, jobs)        # [m], inf where diverged
 
 Repeats of a case differ in the fourth digits of the gains and in the noise. Repeats i of all
-places are pairs: the same gains, the same noise. Equal jobs are run once.
+places are pairs: the same gains, the same noise. Equal jobs are run once, and where v has no part
+in the loop all places are equal that differ in how it is measured.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from studies.core.evidence.repeats import perturbed
 from studies.core.paper import CASES, case_name
+from studies.laboratory.kept import Kept
 from studies.laboratory.place import Place
 
 AT_ONCE = 1024  # runs of a population: between two moves of the progress bar
@@ -49,7 +51,8 @@ class Loops:
     Attributes:
         name: of the controllers. v_gain: factor of atan(v/(r+L)) in their loops.
         cases: in the paper's order. controllers: of all, case by case, repeat by repeat.
-        repeats: of each case. threads: None for all.
+        repeats: of each case. seed: of their luck. threads: None for all. kept: what was run
+            before, None to run it all.
     """
 
     name: str
@@ -57,7 +60,9 @@ class Loops:
     cases: tuple[Case, ...]
     controllers: Controllers
     repeats: int
+    seed: int
     threads: int | None = None
+    kept: Kept | None = None
 
 
 class Job(NamedTuple):
@@ -85,7 +90,12 @@ KINDS: Mapping[str, tuple[Mapping[str, Any], float]] = {
 
 
 def loops_of(
-    name: str, parameters: Parameters, repeats: int, seed: int, threads: int | None = None
+    name: str,
+    parameters: Parameters,
+    repeats: int,
+    seed: int,
+    threads: int | None = None,
+    kept: Kept | None = None,
 ) -> Loops:
     """Return the cases under the controllers of a name, with so many repeats."""
     table, v_gain = KINDS[name]
@@ -96,7 +106,7 @@ def loops_of(
         own = perturbed(table[devised], repeats, np.random.default_rng((seed, number)))
         drawn += [each.filters(PERIOD) for each in own]
         cases.append(Case(case_name(shape, devised), path, yardstick(path)))
-    return Loops(name, v_gain, tuple(cases), stack(drawn, PERIOD), repeats, threads)
+    return Loops(name, v_gain, tuple(cases), stack(drawn, PERIOD), repeats, seed, threads, kept)
 
 
 def run_jobs(
@@ -110,6 +120,8 @@ def run_jobs(
     Raises:
         ParameterError, ModelError: a place that there cannot be.
     """
+    if loops.v_gain == 0.0:
+        jobs = [job._replace(place=job.place.without_v) for job in jobs]
     places: dict[Job, int] = {}
     index = np.array([places.setdefault(job, len(places)) for job in jobs], dtype=np.int64)
     alone = list(places)
@@ -121,10 +133,23 @@ def run_jobs(
     for mine in kinds.values():
         for start in range(0, len(mine), AT_ONCE):
             some = mine[start : start + AT_ONCE]
-            for part, its in zip(found, _population(loops, [alone[i] for i in some]), strict=True):
+            for part, its in zip(found, _kept(loops, [alone[i] for i in some]), strict=True):
                 part[some] = its
             ran(int(shares[some].sum()))
     return Found(*(part[index] for part in found))
+
+
+def _kept(loops: Loops, jobs: Sequence[Job]) -> Found:
+    """Return what comes of jobs, from what was run before if it was."""
+    if loops.kept is None:
+        return _population(loops, jobs)
+
+    def made() -> Array:
+        return np.column_stack(_population(loops, jobs))
+
+    what = f"{loops.name} {loops.repeats} {loops.seed}\n{jobs!r}"
+    columns = loops.kept.of(what, made)
+    return Found(columns[:, 0], columns[:, 1:3], columns[:, 3:5])
 
 
 def _population(loops: Loops, jobs: Sequence[Job]) -> Found:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.loop.hardware import IDEAL
+from flexsim.loop.hardware import IDEAL, Sensing
 from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
@@ -39,6 +39,13 @@ class Place:
     setting: Setting = field(default_factory=lambda: setting(DEFAULT_SETTING))
     plant: str = "assumed-modes"
     size: int = 3
+
+    @property
+    def without_v(self) -> Place:
+        """The same with v as it is: what is measured of it matters in no loop that ignores it."""
+        hardware = self.setting.hardware
+        its = replace(hardware, noise_v=0.0, sensing=Sensing(gear=hardware.sensing.gear))
+        return replace(self, setting=replace(self.setting, hardware=its))
 
     def built(self) -> Plant:
         """Return the plant.

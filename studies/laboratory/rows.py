@@ -16,9 +16,10 @@ from studies.core.evidence.check_sample import Check
 from studies.core.paper import CASES, case_envelopes, case_name
 from studies.laboratory.alone import Curve, Reached
 from studies.laboratory.hypotheses import Fit
+from studies.laboratory.linear import GrowthRow
 from studies.laboratory.loops import Loops
 from studies.laboratory.place import Place
-from studies.laboratory.suspects import Suspect
+from studies.laboratory.suspects import MEASURED, Suspect
 from studies.laboratory.together import Index
 
 HALF = 5e-4  # [m] the paper's envelopes are whole millimetres
@@ -94,7 +95,7 @@ class AloneRow:
     """A suspect of one size in a case: envelope [m] and its ratio to the bench without, medians.
 
     Attributes:
-        size: with its sign [SI]. ratio_low, ratio_high: 95 % interval, a bootstrap of the pairs.
+        size: with its sign [SI]. ratio_low, ratio_high: 95 % interval, a bootstrap of the runs.
             None where half of the runs diverged, and for ends that are not known.
     """
 
@@ -175,6 +176,29 @@ class ConfusionRow:
 
 
 @dataclass(frozen=True)
+class CauseRow:
+    """How likely a cause is given the paper's four factors, under one way of scoring.
+
+    Attributes:
+        decades: width of the priors. discrepancy: of the models' logarithms, None for all of them.
+        cause: one of `studies.laboratory.causes.FAMILIES`. hypotheses: of that cause.
+        probability: after. bayes: the mean likelihood of its hypotheses over that of none.
+        best: the likeliest hypothesis of all, with best_probability.
+    """
+
+    plant: str
+    controllers: str
+    decades: float
+    discrepancy: float | None
+    cause: str
+    hypotheses: int
+    probability: float
+    bayes: float
+    best: str
+    best_probability: float
+
+
+@dataclass(frozen=True)
 class IndexRow:
     """A Sobol' index on a plant under controllers."""
 
@@ -234,6 +258,10 @@ class Ground:
         """Name of the controllers."""
         return self.loops.name
 
+    def feels(self, suspect: Suspect) -> bool:
+        """Return whether a suspect can change anything: what is measured of v, only if v counts."""
+        return self.loops.v_gain != 0.0 or suspect.cause != MEASURED
+
     @property
     def middle(self) -> Array:
         """(C,) median envelopes without suspects [m]."""
@@ -257,10 +285,12 @@ class LaboratoryResult:
     confusion: list[ConfusionRow] = field(default_factory=list)
     indices: list[IndexRow] = field(default_factory=list)
     checks: list[CheckRow] = field(default_factory=list)
+    growth: list[GrowthRow] = field(default_factory=list)
+    causes: list[CauseRow] = field(default_factory=list)
     grounds: list[Ground] = field(default_factory=list)
 
 
-AnyRow = TypeVar("AnyRow", BaseRow, AloneRow, ReachRow, ScoreRow, ConfusionRow, IndexRow)
+AnyRow = TypeVar("AnyRow", BaseRow, AloneRow, ReachRow, ScoreRow, CauseRow, ConfusionRow, IndexRow)
 
 
 def of_ground(rows: Sequence[AnyRow], ground: Ground) -> list[AnyRow]:

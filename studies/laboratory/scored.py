@@ -3,9 +3,9 @@
 >>> hypotheses = [none(cases=4), *(of_curves(each, ground.middle, 2.0) for each in ...)]
 >>> scores(ground, hypotheses, decades=2.0, synthetic=40, seed=1)
 
-A suspect alone has its curves, interpolated run by run between sizes; several together have draws
-of their own, one run each. Whatever the hypothesis, every size is log-uniform over as many decades
-up to the largest: the prior is as wide for all.
+A suspect alone has its curves, their medians interpolated between sizes; several together have
+draws of their own, one run each. Whatever the hypothesis, every size is log-uniform over as many
+decades up to the largest: the prior is as wide for all.
 """
 
 from __future__ import annotations
@@ -111,17 +111,21 @@ def likeliest(ground: Ground, decades: float) -> tuple[str, float]:
 
 
 def between(x: Array, y: Array, at: Array) -> Array:
-    """Return y (K, ...) over x (K,) rising at other places (n,), straight in between.
+    """Return runs y (K, C, R) over x (K,) rising at other places (n,): of the nearer x, with their
+    medians moved as far as a straight line between neighbours' goes.
 
-    inf where either neighbour is; before the first x as there.
+    So what lies between two chaotic runs is as chaotic as they are, not the half of it that a mean
+    of both would be. Nothing is moved beyond the ends, or where a neighbour always diverges.
     """
     place = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
-    share = np.clip((at - x[place]) / (x[place + 1] - x[place]), 0.0, 1.0)
-    share = share.reshape(-1, *(1,) * (y.ndim - 1))
-    low, high = y[place], y[place + 1]
-    with np.errstate(invalid="ignore"):
-        middle = (1 - share) * low + share * high
-    return np.where(share <= 0, low, np.where(share >= 1, high, middle))
+    share = np.clip((at - x[place]) / (x[place + 1] - x[place]), 0.0, 1.0)[:, None]
+    finite = np.where(np.isfinite(y), y, np.nan)
+    some = np.isfinite(finite).any(axis=2)
+    middle = np.full(some.shape, np.nan)
+    middle[some] = np.nanmedian(finite[some], axis=-1)
+    nearer = np.where(share[:, 0] < 0.5, place, place + 1)
+    moved = (1 - share) * middle[place] + share * middle[place + 1] - middle[nearer]
+    return np.asarray(y[nearer] + np.where(np.isfinite(moved), moved, 0.0)[:, :, None])
 
 
 def scores(

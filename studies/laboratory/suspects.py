@@ -84,6 +84,11 @@ def _there(name: str, cause: str, meaning: str, *changes: Change) -> Suspect:
 
 MILLI = 1e3
 BRIDGES = Change("sensing.estimator", SET, "two-bridges")
+SHAFTS = (
+    Change("effects.motor_inertia", SET, (0.03, 1.5e-3)),
+    Change("effects.shaft", SET, (5e3, 5e2)),
+    Change("effects.shaft_damping", SET, (5.0, 0.2)),
+)
 LIST = (
     Suspect(
         "noise",
@@ -156,6 +161,18 @@ LIST = (
         "v of the shape under a force at the tip",
         Change("sensing.estimator", SET, "quasi-static"),
     ),
+    _there(
+        "kalman:1",
+        MEASURED,
+        "v of a Kalman filter of mode 1, exact bridges, the nominal robot",
+        Change("sensing.estimator", SET, "kalman:1"),
+    ),
+    _there(
+        "kalman:3",
+        MEASURED,
+        "v of a Kalman filter of modes 1 to 3, exact bridges, the nominal robot",
+        Change("sensing.estimator", SET, "kalman:3"),
+    ),
     Suspect(
         "modes",
         MODES,
@@ -210,6 +227,12 @@ LIST = (
         Change("friction.law", SET, "opposing"),
     ),
     _there("lugre", FRICTION, "the same by LuGre's bristles", Change("friction.law", SET, "lugre")),
+    _there(
+        "stribeck",
+        FRICTION,
+        "the same with Stribeck's stiction",
+        Change("friction.law", SET, "stribeck"),
+    ),
     _share("EI", OTHERS, "stiffness of the beam", 0.3, Change("robot.EI", TIMES), signs=EITHER),
     _share("zeta", OTHERS, "damping that is missing", 1.0, Change("robot.zeta", TIMES, -1.0)),
     Suspect(
@@ -241,6 +264,16 @@ LIST = (
         2e-3,
         ASSUMED,
         (Change("hardware.lag"),),
+    ),
+    Suspect(
+        "amplifier",
+        OTHERS,
+        "time constant of the amplifiers",
+        "ms",
+        MILLI,
+        2e-3,
+        ASSUMED,
+        (Change("effects.amplifier"),),
     ),
     Suspect(
         "counts",
@@ -279,12 +312,14 @@ LIST = (
         MILLI,
         1e-2,
         GAPS,
-        (
-            Change("effects.motor_inertia", SET, (0.03, 1.5e-3)),
-            Change("effects.shaft", SET, (5e3, 5e2)),
-            Change("effects.shaft_damping", SET, (5.0, 0.2)),
-            Change("effects.backlash"),
-        ),
+        (*SHAFTS, Change("effects.backlash")),
+    ),
+    _there(
+        "motor-encoders",
+        OTHERS,
+        "backlash of 5 mrad, and the encoders at the motors",
+        *(*SHAFTS, Change("effects.backlash", SET, (5e-3, 5e-3))),
+        Change("effects.encoder", SET, "motor"),
     ),
 )
 SUSPECTS = {each.name: each for each in LIST}

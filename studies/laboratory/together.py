@@ -1,11 +1,21 @@
 """What suspects do together: draws of all their sizes, and Sobol' indices of the envelope's factor.
 
->>> unit = saltelli_samples(columns(suspects), 64, rng)
+>>> unit = sobol_samples(len(suspects), 256, rng)
 >>> sizes_from(suspects, unit, decades=2.0)          # (n, d) [SI]
 
 A suspect has a column of the unit cube, in which its size is log-uniform over decades up to the
-largest, and below and above the middle of different sign where it has two. One column more is luck:
-which of the repeats it is, whose gains differ in their fourth digits and whose noise is another.
+largest, and below and above the middle of different sign where it has two.
+
+These loops are chaotic: two runs that differ in the last digit of anything differ as if by luck. A
+total index, of what changes when a number does, has all of luck in it, whatever the number. So each
+draw is run LUCKS times, with other fourth digits of the gains and other noise, and what is given is
+the share of a run's variance that each number explains alone, that luck does, and the rest, which
+numbers do together. First-order indices are of the means over LUCKS in bins of a number, IN_BIN
+draws in each: what bins scatter more than the draws within them, without bias where a number
+does nothing.
+
+Source: Kelley, PNAS 21 (1935) 554 (epsilon squared); Plischke, RESS 95 (2010) 354 (Sobol' indices
+of given draws).
 """
 
 from __future__ import annotations
@@ -15,16 +25,19 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
+from scipy import stats
 
 from flexsim.numerics.types import Array
-from studies.core.evidence.intervals import share_of
+from studies.core.evidence.intervals import LEVEL, share_of
 from studies.laboratory.loops import Job, Loops, run_jobs
 from studies.laboratory.place import Place
 from studies.laboratory.suspects import Suspect
-from studies.run.sensitivity import sobol_indices
-from studies.spec.draws import saltelli_samples
 
-LUCK = "luck"
+LUCK, TOGETHER = "luck", "together"
+LUCKS = 2  # runs of each draw
+LEAST_BINS, MOST_BINS = 2, 32  # of a number, of one sign each where it has two
+IN_BIN = 16  # draws of a bin
+GROUPS = 16  # of draws, each left out once for intervals
 CAP = 10.0  # a factor at which logarithms are cut off; a run that diverged counts as that
 DIVERGED_MOST = 0.05  # share of draws that may, in the ranges of the factor's indices
 HALVINGS = 6  # of the ranges, at most
@@ -83,14 +96,14 @@ def factors_at(
 
 @dataclass(frozen=True)
 class Index:
-    """How much of a case's factor, or of whether it diverges, a suspect explains.
+    """How much of a case's factor, or of whether it diverges, a suspect explains alone.
 
     Attributes:
-        case, suspect: names; the suspect may be luck. of: 'factor' or 'divergence'.
-        scale: of all the largest sizes in these ranges.
-        first, total: Sobol' indices, with 95 % intervals by bootstrap of draws; None where nothing
-            varies.
-        diverged: share of the draws that do, and its 95 % interval.
+        case, suspect: names; the suspect may be LUCK, or TOGETHER for what none explains alone.
+        of: 'factor' or 'divergence'. scale: of all the largest sizes in these ranges.
+        first: share of a run's variance, with a 95 % interval by a jackknife of groups of draws;
+            None where nothing varies.
+        diverged: share of the runs that do, and its 95 % interval.
     """
 
     case: str
@@ -100,12 +113,14 @@ class Index:
     first: float | None
     first_low: float | None
     first_high: float | None
-    total: float | None
-    total_low: float | None
-    total_high: float | None
     diverged: float
     diverged_low: float
     diverged_high: float
+
+    @property
+    def told(self) -> bool:
+        """Whether its interval tells it from nothing."""
+        return self.first_low is not None and self.first_low > 0
 
 
 def shrunk(diverged: Callable[[float], float]) -> float:
@@ -122,32 +137,67 @@ def shrunk(diverged: Callable[[float], float]) -> float:
     return scale
 
 
-def indices(
-    names: Sequence[str], cases: Sequence[str], logs: Array, scale: float, of: str, seed: int
-) -> list[Index]:
-    """Return the indices of every case.
+def shares(unit: Array, y: Array) -> Array:
+    """Return the shares (d + 2,) of variance that numbers explain alone, luck does, and the rest.
 
     Args:
-        names: d of suspects, luck the last. logs: (n (d + 2), C) of factors, inf where diverged.
-        of: what of them, 'factor' or 'divergence'. seed: of the bootstrap.
+        unit: (n, d) draws in (0, 1). y: (n, L) of each draw, L >= 2; not all the same.
     """
-    n, found = len(logs) // (len(names) + 2), []
-    for case, own in zip(cases, logs.T, strict=True):
-        lost = np.isinf(own)
-        y = lost.astype(float) if of == "divergence" else np.minimum(own, np.log(CAP))
-        shares = share_of("diverged", lost)
-        f_A, f_B, f_AB = y[:n], y[n : 2 * n], y[2 * n :].reshape(len(names), n)
-        if np.ptp(y[: 2 * n]) == 0:
-            found += [Index(case, name, of, scale, *(None,) * 6, **shares) for name in names]
-            continue
-        for name, (first, total) in zip(names, sobol_indices(f_A, f_B, f_AB, seed), strict=True):
-            known = [_known(each) for each in (*first, *total)]
-            found.append(Index(case, name, of, scale, *known, **shares))  # type: ignore[arg-type]
+    n, lucks = y.shape
+    mean = y.mean(axis=1)
+    luck = y.var(axis=1, ddof=1).mean()
+    whole = mean.var(ddof=1) + (1 - 1 / lucks) * luck
+    bins = max(LEAST_BINS, min(MOST_BINS, n // IN_BIN // 2 * 2))
+    square = ((mean - mean.mean()) ** 2).sum()
+    own = []
+    for column in unit.T:
+        at = np.minimum((column * bins).astype(int), bins - 1)
+        count = np.bincount(at, minlength=bins)
+        used = count > 0
+        middle = np.bincount(at, mean, bins)[used] / count[used]
+        between = (count[used] * (middle - mean.mean()) ** 2).sum()
+        within = (square - between) / max(1, n - used.sum())
+        own.append((between - (used.sum() - 1) * within) / (n - 1))
+    explained = np.array([*own, luck]) / whole
+    return np.append(explained, 1 - explained.sum())
+
+
+def shares_with_ends(unit: Array, y: Array) -> Array:
+    """Return `shares` (d + 2, 3) with the ends of their 95 % intervals.
+
+    Args: as `shares`; n at least 2 GROUPS, else ends are nan.
+    """
+    value = shares(unit, y)
+    if len(y) < 2 * GROUPS:
+        return np.stack([value, *np.full((2, len(value)), np.nan)], axis=1)
+    group = np.arange(len(y)) % GROUPS
+    left = np.array([shares(unit[group != g], y[group != g]) for g in range(GROUPS)])
+    scatter = np.sqrt((GROUPS - 1) * left.var(axis=0))
+    half = stats.t.ppf((1 + LEVEL) / 2, GROUPS - 1) * scatter
+    return np.stack([value, value - half, value + half], axis=1)
+
+
+def indices(
+    names: Sequence[str], cases: Sequence[str], unit: Array, logs: Array, scale: float, of: str
+) -> list[Index]:
+    """Return the indices of every case: of suspects, of luck, and of what they do together.
+
+    Args:
+        names: d of suspects. unit: (n, d) draws. logs: (n, C, L) of factors, inf where diverged.
+        of: what of them, 'factor' or 'divergence'.
+    """
+    found, names = [], [*names, LUCK, TOGETHER]
+    for i, case in enumerate(cases):
+        lost = np.isinf(logs[:, i])
+        y = lost.astype(float) if of == "divergence" else np.minimum(logs[:, i], np.log(CAP))
+        lines = np.full((len(names), 3), np.nan)
+        if np.ptp(y) > 0:
+            lines = shares_with_ends(unit, y)
+        share = share_of("diverged", lost.ravel())
+        for name, line in zip(names, lines, strict=True):
+            first, low, high = (float(x) if np.isfinite(x) else None for x in line)
+            found.append(Index(case, name, of, scale, first, low, high, **share))
     return found
-
-
-def _known(number: float) -> float | None:
-    return number if np.isfinite(number) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,12 +215,3 @@ def draws_from(
     sizes = sizes_from(suspects, unit[:, :-1], decades, scale)
     luck = np.minimum((unit[:, -1] * repeats).astype(int), repeats - 1)
     return Draws(sizes, luck)
-
-
-def saltelli_draws(
-    suspects: Sequence[Suspect], count: int, decades: float, repeats: int, scale: float, seed: int
-) -> Draws:
-    """Return the draws that Sobol' indices need, n of A a power of 2."""
-    rng = np.random.default_rng((seed, 11))
-    unit = saltelli_samples(len(suspects) + 1, count, rng)
-    return draws_from(suspects, unit, decades, repeats, scale)

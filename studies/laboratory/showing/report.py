@@ -14,12 +14,9 @@ from matplotlib.figure import Figure
 
 from studies.core.evidence.digits import with_interval
 from studies.core.table import Column, Table
-from studies.laboratory.answering import DIVERGES, answer, likely, strongest, two_digits
-from studies.laboratory.figures import figures_of
 from studies.laboratory.rows import (
     BaseRow,
     Ground,
-    IndexRow,
     LaboratoryResult,
     ReachRow,
     ScoreRow,
@@ -27,12 +24,20 @@ from studies.laboratory.rows import (
     paper_cases,
 )
 from studies.laboratory.scored import NONE
+from studies.laboratory.showing.answering import DIVERGES, answer, likely, strongest, two_digits
+from studies.laboratory.showing.figures import figures_of
+from studies.laboratory.showing.more_tables import (
+    case_columns,
+    cause_table,
+    growth_table,
+    index_table,
+    title,
+)
 from studies.laboratory.suspects import SUSPECTS
-from studies.laboratory.together import CAP, DIVERGED_MOST, LUCK
 
 __all__ = ["answer", "facts", "figures", "tables", "verdict"]
 MM = 1e3
-SHOWN, LINES = 8, 6  # of the tables of hypotheses and of indices
+SHOWN = 8  # of the table of hypotheses
 NOTHING = 1.2  # a suspect that reaches no factor and exceeds this nowhere is left out
 CASES = tuple(each.name for each in paper_cases())
 
@@ -45,16 +50,6 @@ class ReachLine:
     plant: str
     suspect: str
     cells: Sequence[ReachRow]
-
-
-@dataclass(frozen=True)
-class IndexLine:
-    """A suspect's total indices of the factor in all cases."""
-
-    controllers: str
-    plant: str
-    suspect: str
-    cells: Sequence[IndexRow]
 
 
 def _two(number: float | None) -> str:
@@ -75,6 +70,8 @@ def cell(row: ReachRow) -> str:
     if found.most is None:
         return "diverges"
     until = "" if lost is None else f", {DIVERGES}{_two(scale * lost)}"
+    if not SUSPECTS[row.suspect.split()[0]].sized and found.most_low is not None:
+        until = f" [{_two(found.most_low)},{_two(found.most_high)}]"
     return f"x{_two(found.most)}{until}"
 
 
@@ -96,20 +93,6 @@ def _does_something(line: ReachLine) -> bool:
     return moved or any((each.most or 0.0) > NOTHING for each in found)
 
 
-def _title(line: ReachLine) -> str:
-    unit = SUSPECTS[line.suspect.split()[0]].unit
-    return f"{line.suspect} [{unit}]" if unit else line.suspect
-
-
-def _cells(form: Callable[[Any], str]) -> list[Column]:
-    """Return a column for each case."""
-
-    def at(i: int) -> Callable[[Any], str]:
-        return lambda line: form(line.cells[i])
-
-    return [Column("suspect", name, form=at(i)) for i, name in enumerate(CASES)]
-
-
 def _reach_table(result: LaboratoryResult) -> Table:
     factors = ", ".join(f"{each.factor:.1f}" for each in paper_cases())
     first = result.grounds[0].plant
@@ -117,11 +100,11 @@ def _reach_table(result: LaboratoryResult) -> Table:
     lines = [line for line in every if _does_something(line)] or every
     return Table(
         lines,
-        (Column("suspect", form=_title), *_cells(cell)),
+        (Column("suspect", form=title), *case_columns(cell)),
         f"Alone: the size from which on the envelope is {factors} times as wide, {first}",
         f"x1.2: no more than that; {DIVERGES}5: half of the runs diverge from there on; yes: of "
         f"what has no size; what exceeds {NOTHING:g} nowhere is left out. 95 % intervals by a "
-        "bootstrap of pairs.",
+        "bootstrap of the runs.",
         section=(Column("controllers"), *(Column("controllers", form=lambda _: ""),) * 4),
         tight=True,
         prints="reach.csv",
@@ -221,49 +204,8 @@ def _score_table(result: LaboratoryResult) -> Table:
     )
 
 
-def _index(row: IndexRow) -> str:
-    found = row.found
-    return with_interval(found.total, found.total_low, found.total_high)
-
-
-def _index_lines(result: LaboratoryResult) -> list[IndexLine]:
-    """Return the suspects with the largest total indices of the factor, on every ground."""
-    lines: list[IndexLine] = []
-    for ground in result.grounds:
-        rows = [row for row in of_ground(result.indices, ground) if row.found.of == "factor"]
-        mine = [
-            IndexLine(
-                ground.controllers,
-                ground.plant,
-                name,
-                [row for row in rows if row.found.suspect == name],
-            )
-            for name in dict.fromkeys(row.found.suspect for row in rows)
-        ]
-        mine.sort(key=lambda line: -sum(row.found.total or 0.0 for row in line.cells))
-        lines += mine[:LINES]
-    return lines
-
-
-def _index_table(result: LaboratoryResult) -> Table:
-    scales = sorted({row.found.scale for row in result.indices if row.found.of == "factor"})
-    lost = max((r.found.diverged for r in result.indices if r.found.of == "factor"), default=0.0)
-    said = ", ".join(f"{each:g}" for each in scales)
-    return Table(
-        [line for line in _index_lines(result) if line.plant == result.grounds[0].plant],
-        (Column("suspect"), *_cells(_index)),
-        "Together: total Sobol' indices of log factor, the largest",
-        f"All largest sizes times {said}, so that about {100 * DIVERGED_MOST:.0f} % of draws "
-        f"diverge at most, here {100 * lost:.0f} %, which count as a factor of {CAP:g}; {LUCK}: "
-        "the gains' fourth digits and the noise. 95 % intervals by bootstrap.",
-        section=(Column("controllers"), *(Column("controllers", form=lambda _: ""),) * 4),
-        tight=True,
-        prints="sobol.csv",
-    )
-
-
 def tables(result: LaboratoryResult) -> list[Table]:
-    """Return the bench, suspects alone, hypotheses, indices; and all of it for files."""
+    """Return the bench, suspects alone, hypotheses, causes, indices, growth; and all for files."""
     return [
         Table(result.base, key="base", file="base.csv"),
         _base_table(result, BASE_COLUMNS, "Without suspects, by plant: medians"),
@@ -272,8 +214,12 @@ def tables(result: LaboratoryResult) -> list[Table]:
         _reach_table(result),
         Table(result.scores, key="hypotheses", file="hypotheses.csv"),
         _score_table(result),
+        Table(result.causes, key="causes", file="causes.csv"),
+        cause_table(result),
         Table(result.indices, key="sobol", file="sobol.csv"),
-        _index_table(result),
+        index_table(result),
+        Table(result.growth, key="growth", file="growth.csv"),
+        growth_table(result),
         Table(result.alone, file="alone.csv"),
         Table(result.confusion, file="confusion.csv"),
         Table(result.checks, key="checks", file="checks.csv"),

@@ -23,9 +23,10 @@ from studies.core.figures import (
     name_lines,
 )
 from studies.laboratory.alone import Curve
-from studies.laboratory.answering import likely
-from studies.laboratory.rows import Ground, LaboratoryResult, of_ground, paper_cases
-from studies.laboratory.together import CAP
+from studies.laboratory.rows import Ground, IndexRow, LaboratoryResult, paper_cases
+from studies.laboratory.showing.answering import likely
+from studies.laboratory.showing.more_tables import index_lines
+from studies.laboratory.together import LUCK, TOGETHER
 
 ACROSS, PANELS = 5, 30
 LEAST, MOST = 0.4, 20.0  # factors drawn
@@ -41,8 +42,12 @@ def figures_of(result: LaboratoryResult) -> Iterator[tuple[str, Figure]]:
             both = [each for each in result.grounds if each.controllers == ground.controllers]
             yield f"factors_{ground.controllers}", factor_figure(both)
     yield "hypotheses", probability_figure(result)
-    if any(row.found.total is not None for row in result.indices):
-        yield "sobol", index_figure(result)
+    for controllers in dict.fromkeys(each.controllers for each in result.grounds):
+        lines = [line for line in index_lines(result) if line.controllers == controllers]
+        if any(line.suspect not in (LUCK, TOGETHER) for line in lines):
+            names = list(dict.fromkeys(line.suspect for line in lines))
+            rows = [row for row in result.indices if row.controllers == controllers]
+            yield f"sobol_{controllers}", index_figure(rows, names)
 
 
 @drawn
@@ -133,32 +138,40 @@ def probability_figure(result: LaboratoryResult) -> Figure:
 
 
 @drawn
-def index_figure(result: LaboratoryResult) -> Figure:
-    """Return first-order and total indices of the factors on the first ground, by case."""
-    ground = result.grounds[0]
-    rows = [row.found for row in of_ground(result.indices, ground) if row.found.of == "factor"]
-    total: dict[str, float] = {}
+def index_figure(indices: Sequence[IndexRow], told: Sequence[str]) -> Figure:
+    """Return what suspects explain alone, by case and plant.
+
+    Args:
+        indices: under the same controllers. told: from nothing somewhere; luck and together, too.
+    """
+    rows = [row for row in indices if row.found.of == "factor" and row.found.suspect in told]
+    plants = list(dict.fromkeys(row.plant for row in rows))
+    most = dict.fromkeys(told, 0.0)
     for row in rows:
-        total[row.suspect] = total.get(row.suspect, 0.0) + (row.total or 0.0)
-    names = sorted(total, key=lambda name: -total[name])[:LINES]
+        most[row.found.suspect] = max(most[row.found.suspect], row.found.first or 0.0)
+    last = (LUCK, TOGETHER)
+    names = sorted((name for name in told if name not in last), key=lambda name: -most[name])
+    names = [*names[: LINES - len(last)], *last]
     cases = [each.name for each in paper_cases()]
     figure, panels = canvas(1, len(cases), height=30 + 5 * len(names), sharey=True)
+    for row in rows:
+        if row.found.suspect not in names or row.found.first is None:
+            continue
+        place = plants.index(row.plant)
+        height = names.index(row.found.suspect) + 0.36 * ((place + 0.5) / len(plants) - 0.5)
+        ends = (row.found.first_low, row.found.first_high)
+        axes = panels[0, cases.index(row.found.case)]
+        how = {"color": COLOURS[place]}
+        interval(axes, row.found.first, height, ends, MARKERS[place], **how)
     for axes, case in zip(panels.flat, cases, strict=True):
-        for row in rows:
-            if row.case != case or row.suspect not in names or row.total is None:
-                continue
-            line, ends = names.index(row.suspect), (row.total_low, row.total_high)
-            interval(axes, row.total, line - 0.15, ends, "o", color=COLOURS[0])
-            if row.first is not None:
-                ends = (row.first_low, row.first_high)
-                interval(axes, row.first, line + 0.15, ends, "s", color=COLOURS[1])
-        axes.set(title=case, xlabel="Sobol' index", xlim=(-0.25, 1.25))
-    panels[0, 0].plot([], [], "o", color=COLOURS[0], linestyle="none", label="total")
-    panels[0, 0].plot([], [], "s", color=COLOURS[1], linestyle="none", label="first order")
+        axes.set(title=case, xlabel="share of variance", xlim=(-0.15, 1.15))
+    for place, plant in enumerate(plants):
+        how = {"color": COLOURS[place], "linestyle": "none", "label": plant}
+        panels[0, 0].plot([], [], MARKERS[place], **how)
     name_lines(panels[0, 0], names)
-    scale = rows[0].scale
     caption = (
-        f"Sobol' indices of the logarithm of the factor, {ground.controllers} controllers, "
-        f"{ground.plant}, all largest sizes times {scale:g}; runs that diverged count as {CAP:g}."
+        f"Sobol' indices of first order of the factor's logarithm, {rows[0].controllers} "
+        "controllers: shares of a run's variance, with 95 % intervals by a jackknife. Luck: what "
+        "runs of the same sizes differ by; together: what none explains alone."
     )
     return finish(figure, panels.flat, legend=2, caption=caption)

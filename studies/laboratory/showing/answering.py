@@ -93,8 +93,41 @@ def _of_controllers(result: LaboratoryResult, name: str, grounds: list[Ground]) 
         f"of the factors in their ranges: {_names(nothing)}. Some loop diverges before it is as "
         f"much worse: {_names(lost)}."
     ]
-    words += [_likeliest(result, each) for each in grounds]
-    return " ".join(words)
+    words.append(_growing(result, name))
+    for each in grounds:
+        words += [_likeliest(result, each), _causes(result, each)]
+    return " ".join(each for each in words if each)
+
+
+def _causes(result: LaboratoryResult, ground: Ground) -> str:
+    """Return how likely each cause is on a ground, the least and the most of all ways to score."""
+    rows = of_ground(result.causes, ground)
+    parts = []
+    for cause in dict.fromkeys(row.cause for row in rows):
+        odds = [100 * row.probability for row in rows if row.cause == cause]
+        parts.append((odds[0], f"{cause} {odds[0]:.0f} % ({min(odds):.0f} to {max(odds):.0f})"))
+    said = ", ".join(text for _, text in sorted(parts, reverse=True))
+    return f"As causes, equally likely before: {said}, by how it is scored."
+
+
+def _growing(result: LaboratoryResult, name: str) -> str:
+    """Return what makes the exact linear loop grow, and from which size on; '' if nothing does."""
+    rows = [row for row in result.growth if row.controllers == name]
+    always, sizes = [], []
+    for each in dict.fromkeys(row.suspect for row in rows):
+        suspect = SUSPECTS[each.split()[0]]
+        grows = [row.grows for row in rows if row.suspect == each]
+        if any(size is None for size in grows):
+            continue
+        if not suspect.sized:
+            always.append(each)
+        elif max(size or 0.0 for size in grows) > 0:
+            ends = sorted({two_digits(suspect.scale * (size or 0.0)) for size in grows}, key=float)
+            between = f"{ends[0]} to {ends[-1]}" if len(ends) > 1 else ends[0]
+            sizes.append(f"{each} from {between} {suspect.unit}".strip())
+    if not always + sizes:
+        return ""
+    return f"The exact linear loop grows in all four cases with {_names([*always, *sizes])}."
 
 
 def _likeliest(result: LaboratoryResult, ground: Ground) -> str:

@@ -1,0 +1,1 @@
+"""What the laboratory study found, in words, tables and figures."""
