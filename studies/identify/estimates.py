@@ -30,6 +30,7 @@ from studies.tuning.genetic import GeneticSettings
 
 LEAST_SQUARES, GENETIC = "least-squares", "genetic"
 PREDICTED_STARTS = 1  # searches for the start of a log that is predicted
+SHIFTED = 4  # steps towards the other model's signals
 
 
 @dataclass(frozen=True)
@@ -183,22 +184,37 @@ def _by_record(found: Fit) -> list[Array]:
 
 
 def model_shift(found: Fit, other: str) -> Array:
-    """Return how far coordinates (p,) would move had another model made the logs, linearly.
+    """Return how far coordinates (p,) would move had another model made the logs.
 
-    Had it, with the same numbers, the residuals would be the difference of the two models.
+    Had it, with the same numbers, its signals would be the logs; this model is led to them by
+    Gauss and Newton's steps with the slopes that there are, as long as they come nearer.
     """
     problem = found.problem
     model = replace(problem.model, plant=other)
-    apart = []
-    for r in range(len(problem.records)):
-        theirs = problem.modelled(found.z, r, model)
-        ours = problem.modelled(found.z, r)
-        if theirs is None or ours is None:
-            return np.full(problem.own, np.nan)
-        scaled = (theirs - ours) / problem.sigmas[r]
-        apart.append(np.where(np.isfinite(problem.records[r].values), scaled, 0.0).ravel())
-    moved = np.linalg.lstsq(_unit(found.jacobian), -np.concatenate(apart), rcond=None)[0]
-    return (moved / _size(found.jacobian))[: problem.own]
+    size, slopes = _size(found.jacobian), _unit(found.jacobian)
+    theirs = [problem.modelled(found.z, r, model) for r in range(len(problem.records))]
+    z, apart = found.z, _apart(problem, found.z, theirs)
+    for _ in range(SHIFTED):
+        if apart is None:
+            break
+        step = np.linalg.lstsq(slopes, -apart, rcond=None)[0] / size
+        nearer = _apart(problem, z + step, theirs)
+        if nearer is None or nearer @ nearer >= apart @ apart:
+            break
+        z, apart = z + step, nearer
+    return np.full(problem.own, np.nan) if apart is None else (z - found.z)[: problem.own]
+
+
+def _apart(problem: Problem, z: Array, theirs: Sequence[Array | None]) -> Array | None:
+    """Return what this model's signals are from others', in noises (R,); None without a motion."""
+    rows = []
+    for r, other in enumerate(theirs):
+        ours = problem.modelled(z, r)
+        if other is None or ours is None:
+            return None
+        known = np.isfinite(problem.records[r].values)
+        rows.append(np.where(known, (other - ours) / problem.sigmas[r], 0.0).ravel())
+    return np.concatenate(rows)
 
 
 def search_shift(found: Fit) -> Array:

@@ -155,9 +155,7 @@ def model_of(config: IdentifyConfig) -> Model:
         )
     robot, chosen = config.robot_of(), setting(config.setting, config.built)
     free = free_numbers(config.free, robot, chosen)
-    model = Model(robot, searched_as(config.plant), chosen, free)
-    require_built(model)
-    return model
+    return Model(robot, searched_as(config.plant), chosen, free)
 
 
 def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Result:
@@ -171,7 +169,9 @@ def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Resu
     if config.starts < 1:
         raise ParameterError(f"starts is {config.starts}; give 1 or more searches")
     model = model_of(config)
+    require_built(model, config.signals)
     records = read_records(config, config.logs, config.torque)
+    require_built(model, {name for each in records for name in each.signals})
     count = thread_count() if config.threads is None else config.threads
     sigmas = tuple(map(noise_of, records))
     problem = Problem(model, records, sigmas, config.start, count)
