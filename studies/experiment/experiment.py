@@ -76,7 +76,8 @@ class ExperimentConfig(ThreadOptions, SeedOptions, HardwareOptions, RobotOptions
     plant: str = "assumed-modes"
     """Model that the torques are tried on: a plant's name as in flexsim drive."""
     setting: str = "none"
-    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
+    """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
+    reconstructed."""
     hardware: str = "bench"
     """Whose noise the logs will have: bench, or ideal but for --hardware-counts and the like."""
     check: int = 0

@@ -20,10 +20,9 @@ import numpy as np
 from flexsim.numerics.types import Array
 from studies.identify.fit import Fit, fit, reweighed
 from studies.identify.genetic import genetic
-from studies.identify.intervals import WHITE, Spread, correlation, spread_of, whiteness
+from studies.identify.intervals import Spread, correlation, spread_of
 from studies.identify.names import values_at
-from studies.identify.records import UNITS, Record
-from studies.identify.residuals import Problem
+from studies.identify.residuals import Left, Problem, left_over, require_explained
 from studies.identify.simulated import Model, other_of
 from studies.identify.telling import LOOSE, Told, require_told, told_by
 from studies.tuning.genetic import GeneticSettings
@@ -66,29 +65,6 @@ class Estimate:
     noise: float
     model: float
     search: float
-
-
-@dataclass(frozen=True)
-class Left:
-    """What is left of a signal: rms [its unit], relative to the signal's own about its mean, the
-    first autocorrelation, and Ljung and Box's probability that it is white."""
-
-    log: str
-    signal: str
-    rms: float
-    relative: float
-    first: float
-    p: float
-
-    @property
-    def white(self) -> str:
-        """Whether it passes for white."""
-        return "yes" if self.p >= WHITE else "no"
-
-    @property
-    def unit(self) -> str:
-        """Of the signal."""
-        return UNITS.get(self.signal, "-")
 
 
 @dataclass(frozen=True)
@@ -148,6 +124,8 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
     found, evaluations = _searched(problem, search)
     told = told_by(names, found.jacobian)
     require_told(told, where, excite)
+    left = left_over(found.problem, found.z)
+    require_explained(found.problem, found.z, left)
     spread = spread_of(found.problem.split(found.residuals), _by_record(found))
     own = spread.covariance[: problem.own, : problem.own]
     other = other_of(problem.model.plant)
@@ -156,7 +134,7 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
         told,
         spread,
         _rows(found, spread, model_shift(found, other), search_shift(found)),
-        left_over(found.problem, found.z),
+        left,
         correlation(own),
         other,
         evaluations,
@@ -244,27 +222,6 @@ def _rows(found: Fit, spread: Spread, model: Array, search: Array) -> list[Estim
         own = (each.name, each.unit, each.nominal, each.value(z), low, high)
         rows.append(Estimate(*own, noise, float(model[j]), float(search[j])))
     return rows
-
-
-def left_over(problem: Problem, z: Array) -> list[Left]:
-    """Return what is left of every signal of every log."""
-    rows = []
-    for r, left in enumerate(problem.split(problem.residuals(z))):
-        record = problem.records[r]
-        for s, name in enumerate(record.signals):
-            known = np.isfinite(record.values[:, s])
-            column = left[known, s] * problem.sigmas[r][s]
-            rows.append(_left(record, name, record.values[known, s], column))
-    return rows
-
-
-def _left(record: Record, name: str, signal: Array, column: Array) -> Left:
-    rms = float(np.sqrt(np.mean(column**2)))
-    own = float(np.sqrt(np.mean((signal - signal.mean()) ** 2)))
-    x = column - column.mean()
-    first = float(x[1:] @ x[:-1] / (x @ x)) if (x @ x) > 0 else 0.0
-    relative = rms / own if own > 0 else float("nan")
-    return Left(record.source, name, rms, relative, first, whiteness(column))
 
 
 def predicted(model: Model, values: dict[str, float], problem: Problem) -> list[HeldBack]:

@@ -144,8 +144,9 @@ def _searched(problem: Problem, z: Array, held: bool = False) -> tuple[float, Ar
     )
     if not np.isfinite(found.cost) or (found.status <= 0 and not held):
         raise RunError(
-            f"least squares did not end in {EVALUATIONS} evaluations: {found.message}; begin "
-            "nearer, with --robot.* numbers, or free fewer numbers"
+            f"least squares did not end in {EVALUATIONS} evaluations: the logs may be of other "
+            "torques or another arm; check files and columns, begin nearer with --robot.* "
+            "numbers, or free fewer"
         )
     return float(found.cost), found.x
 

@@ -25,7 +25,7 @@ class Place(NamedTuple):
     """Where a number is: the field, indices in it, its unit, and the laws that have it."""
 
     field: str
-    index: tuple[int, ...]
+    at: tuple[int, ...]
     unit: str
     laws: tuple[str, ...]
 
@@ -65,7 +65,7 @@ def both_joints() -> dict[str, tuple[str, ...]]:
     """Return the names of both joints' numbers by the name without a joint."""
     found: dict[str, tuple[str, ...]] = {}
     for name, place in FRICTION.items():
-        if place.index:
+        if place.at:
             found[f"{AT}{place.field}"] = (*found.get(f"{AT}{place.field}", ()), name)
     return found
 
@@ -97,7 +97,7 @@ def friction_number(chosen: Setting, name: str) -> float:
     found: Any = getattr(
         chosen.hardware.effects if name in OF_TEMPERATURE else chosen.friction, place.field
     )
-    for i in place.index:
+    for i in place.at:
         found = found[i]
     return float(found)
 
@@ -115,7 +115,7 @@ def with_friction(chosen: Setting, values: Mapping[str, float]) -> Setting:
                 else (chosen.friction, law)
             )
             before = changes.get(place.field, getattr(source, place.field))
-            changes[place.field] = _put(before, place.index, values[name])
+            changes[place.field] = _put(before, place.at, values[name])
     hardware = chosen.hardware
     if effects:
         hardware = replace(hardware, effects=replace(hardware.effects, **effects))

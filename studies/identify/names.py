@@ -127,11 +127,12 @@ def known_names() -> tuple[str, ...]:
 
 def _free(name: str, robot: Robot, chosen: Setting) -> Free:
     if name not in known_names():
-        near = difflib.get_close_matches(name, (*known_names(), *PAIRS), n=1)
-        hint = f"; did you mean {near[0]}?" if near else ""
+        known = {each.lower(): each for each in (*known_names(), *PAIRS)}
+        near = difflib.get_close_matches(name.lower(), known, n=1)
+        hint = f"; did you mean {known[near[0]]}?" if near else ""
         why = "; lengths are measured, not identified" if name in LENGTHS else hint
         raise ParameterError(
-            f"--free {name}: there is no such number; choose of {', '.join(known_names())}{why}"
+            f"--free {name}: there is no such number{why}; choose of {', '.join(known_names())}"
         )
     if name in OUTPUTS:
         unit, nominal = OUTPUTS[name]

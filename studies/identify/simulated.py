@@ -29,7 +29,8 @@ from studies.identify.names import Free, robot_with, setting_with
 from studies.identify.records import NEEDED, STRAINS, Record
 
 REST, MOVING = "rest", "moving"
-CLOSED, MODES = "closed-chain", "assumed-modes"
+CLOSED, MODES, RIGID = "closed-chain", "assumed-modes", "rigid"
+BEND = ("EI", "zeta", "gain.v", "offset.v")  # numbers that a rigid arm does not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +167,7 @@ def _at(stamps: Array, time: Array, column: Array) -> Array:
 def other_of(plant: str) -> str:
     """Return the plant that models the same arm otherwise, of the usual size."""
     kind = plant.partition(":")[0]
-    return CLOSED if kind in (MODES, "rigid", "printed") else MODES
+    return CLOSED if kind in (MODES, RIGID, "printed") else MODES
 
 
 def searched_as(plant: str) -> str:
@@ -180,6 +181,16 @@ def starts_of(record: Record) -> Array:
     return np.concatenate([record.resting(), np.zeros(2)])
 
 
+def _require_beam(model: Model) -> None:
+    """Refuse a beam's numbers where nothing bends."""
+    named = [each.name for each in model.free if each.name in BEND]
+    if named and model.plant == RIGID:
+        raise ParameterError(
+            f"--plant {RIGID}: no link of it bends, so {' and '.join(named)} cannot be told; give "
+            "another plant, or other --free numbers"
+        )
+
+
 def require_built(model: Model, signals: Collection[str] = NEEDED) -> None:
     """Refuse a model whose nominal plant cannot be made or read, in that plant's own words.
 
@@ -189,6 +200,7 @@ def require_built(model: Model, signals: Collection[str] = NEEDED) -> None:
     Raises:
         ParameterError: no such plant, a bridge off its beam.
     """
+    _require_beam(model)
     try:
         plant, chosen = model.built({each.name: each.nominal for each in model.free})
         hardware = faultless(chosen.hardware, any(name in STRAINS for name in signals))
