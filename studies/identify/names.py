@@ -129,7 +129,7 @@ def _free(name: str, robot: Robot, chosen: Setting) -> Free:
     if name not in known_names():
         known = {each.lower(): each for each in (*known_names(), *PAIRS)}
         near = difflib.get_close_matches(name.lower(), known, n=1)
-        hint = f"; did you mean {known[near[0]]}?" if near else ""
+        hint = f", perhaps {known[near[0]]}" if near else ""
         why = "; lengths are measured, not identified" if name in LENGTHS else hint
         raise ParameterError(
             f"--free {name}: there is no such number{why}; choose of {', '.join(known_names())}"
