@@ -24,6 +24,7 @@ from flexsim.loop.settings import Setting
 from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
+from flexsim.robot.plant_names import plant_kind
 from studies.identify.chains import ChainFamily
 from studies.identify.names import Free, robot_with, setting_with
 from studies.identify.records import NEEDED, STRAINS, Record
@@ -171,9 +172,14 @@ def other_of(plant: str) -> str:
 
 
 def searched_as(plant: str) -> str:
-    """Return the plant that a search runs on: MuJoCo's chain in closed form, others themselves."""
-    kind, colon, size = plant.partition(":")
-    return f"{CLOSED}{colon}{size}" if kind == "chain" else plant
+    """Return the plant that a search runs on: MuJoCo's chain in closed form, others themselves.
+
+    Raises:
+        ParameterError: there is no such plant.
+    """
+    kind, size = plant_kind(plant)
+    own = CLOSED if size is None else f"{CLOSED}:{size}"
+    return own if kind == "chain" else plant
 
 
 def starts_of(record: Record) -> Array:

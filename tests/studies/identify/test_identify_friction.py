@@ -69,7 +69,7 @@ def test_numbers_of_a_law_are_found_again(
 ) -> None:
     chosen = setting(law, overridden("ideal", hardware_with=hardware))
     values = {f"friction.{name}": value for name, value in truth.items()}
-    record = record_of(chosen, values, torque("step", 1.0, 9.5, 2.0))
+    record = record_of(chosen, values, torque("step", 0.5, 9.5, 2.0))
     found = fit(problem_of(chosen, values, record), starts=1, seed=1)
     for each, at in zip(found.problem.model.free, found.z, strict=False):
         assert each.value(at) == pytest.approx(values[each.name], rel=EXACT), each.name
