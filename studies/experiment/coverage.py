@@ -1,6 +1,6 @@
 """Do the intervals hold? Logs of one model with drawn numbers, identified on the other.
 
->>> rows = coverage(model, made_on, tried, bench, Draws(number=100, spread=0.2, seed=1))
+>>> rows = coverage(model, made_on, torque, theta, period, Draws(number=100, spread=0.2, seed=1))
 >>> rows[0].inside, rows[0].worst
 """
 
@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from flexsim.errors import FlexsimError
-from flexsim.loop.hardware import Hardware
 from flexsim.numerics.types import Array
 from studies.core.evidence.intervals import share_interval
 from studies.experiment.synthetic import logged, sigmas
@@ -55,7 +54,6 @@ def coverage(
     torque: Array,
     theta: tuple[float, float],
     period: float,
-    bench: Hardware,
     draws: Draws,
     threads: int,
     advance: Callable[[], None],
@@ -63,11 +61,12 @@ def coverage(
     """Return how the intervals hold, number by number, and what went wrong in words.
 
     Args:
-        model: identified on. made_on: plant of the logs. torque: (K, 2) [N m]. bench: its noise.
+        model: identified on, its hardware that of the logs. made_on: plant of the logs.
+        torque: (K, 2) [N m].
     """
 
     def task(number: int) -> tuple[dict[str, float], list[Estimate] | None, str]:
-        found = _draw(model, made_on, torque, theta, period, bench, draws, number)
+        found = _draw(model, made_on, torque, theta, period, draws, number)
         advance()
         return found
 
@@ -85,7 +84,6 @@ def _draw(
     torque: Array,
     theta: tuple[float, float],
     period: float,
-    bench: Hardware,
     draws: Draws,
     number: int,
 ) -> tuple[dict[str, float], list[Estimate] | None, str]:
@@ -96,9 +94,9 @@ def _draw(
     source = replace(model, plant=made_on)
     empty = Record("", period, torque, np.zeros(0), (), np.zeros(0))
     try:
-        motion = source.moved(truth, empty, np.array([*theta, 0.0, 0.0]))
-        record = logged(motion, torque, period, bench, rng)
-        problem = Problem(model, (record,), (sigmas(bench),), "rest", 1)
+        motion = source.moved(truth, empty, np.array([*theta, 0.0, 0.0]), run=number)
+        record = logged(motion, torque, period)
+        problem = Problem(model, (record,), (sigmas(record),), "rest", 1)
         search = Search(LEAST_SQUARES, 1, draws.seed, GeneticSettings())
         return truth, identified(problem, search, "").rows, ""
     except FlexsimError as error:

@@ -76,7 +76,8 @@ class ExperimentConfig(ThreadOptions, SeedOptions, HardwareOptions, RobotOptions
     plant: str = "assumed-modes"
     """Model that the torques are tried on: a plant's name as in flexsim drive."""
     setting: str = "none"
-    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
+    """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
+    reconstructed."""
     hardware: str = "bench"
     """Whose noise the logs will have: bench, or ideal but for --hardware-counts and the like."""
     check: int = 0
@@ -146,7 +147,7 @@ def run(config: ExperimentConfig, progress: Any = None) -> Result:
         ParameterError: options out of range, torques that no share of keeps the arm inside.
     """
     _require_usable(config)
-    robot, chosen = config.robot_of(), setting(config.setting)
+    robot, chosen = config.robot_of(), setting(config.setting, config.built)
     free = free_numbers(config.free, robot, chosen)
     model = Model(robot, searched_as(config.plant), chosen, free)
     require_built(model)
@@ -197,10 +198,9 @@ def _require_usable(config: ExperimentConfig) -> None:
 
 def _told(config: ExperimentConfig, model: Model, tried: Tried) -> Told:
     """Return what a log of the nominal arm would tell."""
-    bench, rng = config.built, np.random.default_rng(config.seed)
-    record = logged(tried.motion, tried.torque, config.period, bench, rng)
+    record = logged(tried.motion, tried.torque, config.period)
     threads = thread_count() if config.threads is None else config.threads
-    problem = Problem(model, (record,), (sigmas(bench),), "rest", threads)
+    problem = Problem(model, (record,), (sigmas(record),), "rest", threads)
     z = problem.beginning()
     z[problem.own :] = np.array([config.theta1, config.theta2]) - record.resting()
     return told_by([each.name for each in model.free], problem.jacobian(z))
@@ -218,7 +218,6 @@ def _checked(
         tried.torque,
         (config.theta1, config.theta2),
         config.period,
-        config.built,
         Draws(config.check, config.spread, config.seed),
         threads,
         ticker(progress, "draws", config.check),

@@ -74,7 +74,7 @@ def _moved(model: Model, torque: Array, theta: tuple[float, float], period: floa
     none = np.zeros(0)
     record = Record("", period, torque, none, (), none)
     try:
-        return model.moved(nominal, record, np.array([*theta, 0.0, 0.0]))
+        return model.moved(nominal, record, np.array([*theta, 0.0, 0.0]), run=0)
     except DivergenceError:
         return None
 

@@ -1,39 +1,34 @@
-"""Logs as a bench would write them: a motion, its angles in counts, noise on v."""
+"""Logs as a bench would write them: what `flexsim drive --log measured` writes of a motion.
+
+>>> record = logged(motion, torque, period)
+>>> record.signals
+('theta1', 'theta2', 'v')
+"""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from flexsim.loop.hardware import Hardware
 from flexsim.loop.motion import Motion
 from flexsim.numerics.types import Array
-from studies.identify.records import NEEDED, Record
+from studies.identify.records import SIGNALS, STRAINS, Record, noise_of
+from studies.tools.drive import measured_table
+from studies.tools.logs import TORQUES
 
-EXACT = (1e-6, 1e-6)  # [rad], [m] noise of hardware that has none: nothing is measured better
-
-
-def quanta(bench: Hardware) -> Array:
-    """Return the angles (2,) of a count at the joints [rad], 0 for exact."""
-    gear = np.array(bench.sensing.gear)
-    return 2 * math.pi / (bench.counts * gear) if bench.counts else np.zeros(2)
+EXACT = {"theta1": 1e-6, "theta2": 1e-6, "v": 1e-6, "w1": 1e-5, "w2": 1e-5}  # [rad], [m], [rad/s]
+EXACT |= dict.fromkeys(STRAINS, 1e-8)  # [-]; nothing is measured better
 
 
-def sigmas(bench: Hardware) -> Array:
-    """Return the noise (3,) of theta1, theta2 [rad] and v [m]: of a count, that over sqrt(12)."""
-    angles = np.maximum(quanta(bench) / math.sqrt(12), EXACT[0])
-    return np.array([*angles, max(bench.noise_v, EXACT[1])])
+def logged(motion: Motion, torque: Array, period: float) -> Record:
+    """Return a motion's log, a row for every torque (K, 2) [N m]."""
+    header, table = measured_table(motion)
+    names = header[1 + len(TORQUES) :]
+    signals = tuple(name for name in SIGNALS if name in names)
+    columns = [table[: len(torque), header.index(name) - 1] for name in signals]
+    time = motion.time[: len(torque)]
+    return Record("synthetic", period, torque, time, signals, np.column_stack(columns))
 
 
-def logged(
-    motion: Motion, torque: Array, period: float, bench: Hardware, rng: np.random.Generator
-) -> Record:
-    """Return a motion's log (K rows): rounded to counts, noise on v."""
-    rows = len(torque)
-    values = np.column_stack([motion.joint, motion.v])[:rows]
-    for i, count in enumerate(quanta(bench)):
-        if count:
-            values[:, i] = count * np.floor(values[:, i] / count + 0.5)
-    values[:, 2] += bench.noise_v * rng.standard_normal(rows)
-    return Record("synthetic", period, torque, motion.time[:rows], NEEDED, values)
+def sigmas(record: Record) -> Array:
+    """Return the noise (S,) of a record's signals, as an identification sees it."""
+    return np.maximum(noise_of(record), [EXACT[name] for name in record.signals])

@@ -20,16 +20,16 @@ import numpy as np
 from flexsim.numerics.types import Array
 from studies.identify.fit import Fit, fit, reweighed
 from studies.identify.genetic import genetic
-from studies.identify.intervals import WHITE, Spread, correlation, spread_of, whiteness
+from studies.identify.intervals import Spread, correlation, spread_of
 from studies.identify.names import values_at
-from studies.identify.records import UNITS, Record
-from studies.identify.residuals import Problem
+from studies.identify.residuals import Left, Problem, left_over, require_explained
 from studies.identify.simulated import Model, other_of
 from studies.identify.telling import LOOSE, Told, require_told, told_by
 from studies.tuning.genetic import GeneticSettings
 
 LEAST_SQUARES, GENETIC = "least-squares", "genetic"
 PREDICTED_STARTS = 1  # searches for the start of a log that is predicted
+SHIFTED = 4  # steps towards the other model's signals
 
 
 @dataclass(frozen=True)
@@ -65,29 +65,6 @@ class Estimate:
     noise: float
     model: float
     search: float
-
-
-@dataclass(frozen=True)
-class Left:
-    """What is left of a signal: rms [its unit], relative to the signal's own about its mean, the
-    first autocorrelation, and Ljung and Box's probability that it is white."""
-
-    log: str
-    signal: str
-    rms: float
-    relative: float
-    first: float
-    p: float
-
-    @property
-    def white(self) -> str:
-        """Whether it passes for white."""
-        return "yes" if self.p >= WHITE else "no"
-
-    @property
-    def unit(self) -> str:
-        """Of the signal."""
-        return UNITS.get(self.signal, "-")
 
 
 @dataclass(frozen=True)
@@ -147,6 +124,8 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
     found, evaluations = _searched(problem, search)
     told = told_by(names, found.jacobian)
     require_told(told, where, excite)
+    left = left_over(found.problem, found.z)
+    require_explained(found.problem, found.z, left)
     spread = spread_of(found.problem.split(found.residuals), _by_record(found))
     own = spread.covariance[: problem.own, : problem.own]
     other = other_of(problem.model.plant)
@@ -155,7 +134,7 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
         told,
         spread,
         _rows(found, spread, model_shift(found, other), search_shift(found)),
-        left_over(found.problem, found.z),
+        left,
         correlation(own),
         other,
         evaluations,
@@ -183,22 +162,37 @@ def _by_record(found: Fit) -> list[Array]:
 
 
 def model_shift(found: Fit, other: str) -> Array:
-    """Return how far coordinates (p,) would move had another model made the logs, linearly.
+    """Return how far coordinates (p,) would move had another model made the logs.
 
-    Had it, with the same numbers, the residuals would be the difference of the two models.
+    Had it, with the same numbers, its signals would be the logs; this model is led to them by
+    Gauss and Newton's steps with the slopes that there are, as long as they come nearer.
     """
     problem = found.problem
     model = replace(problem.model, plant=other)
-    apart = []
-    for r in range(len(problem.records)):
-        theirs = problem.modelled(found.z, r, model)
-        ours = problem.modelled(found.z, r)
-        if theirs is None or ours is None:
-            return np.full(problem.own, np.nan)
-        scaled = (theirs - ours) / problem.sigmas[r]
-        apart.append(np.where(np.isfinite(problem.records[r].values), scaled, 0.0).ravel())
-    moved = np.linalg.lstsq(_unit(found.jacobian), -np.concatenate(apart), rcond=None)[0]
-    return (moved / _size(found.jacobian))[: problem.own]
+    size, slopes = _size(found.jacobian), _unit(found.jacobian)
+    theirs = [problem.modelled(found.z, r, model) for r in range(len(problem.records))]
+    z, apart = found.z, _apart(problem, found.z, theirs)
+    for _ in range(SHIFTED):
+        if apart is None:
+            break
+        step = np.linalg.lstsq(slopes, -apart, rcond=None)[0] / size
+        nearer = _apart(problem, z + step, theirs)
+        if nearer is None or nearer @ nearer >= apart @ apart:
+            break
+        z, apart = z + step, nearer
+    return np.full(problem.own, np.nan) if apart is None else (z - found.z)[: problem.own]
+
+
+def _apart(problem: Problem, z: Array, theirs: Sequence[Array | None]) -> Array | None:
+    """Return what this model's signals are from others', in noises (R,); None without a motion."""
+    rows = []
+    for r, other in enumerate(theirs):
+        ours = problem.modelled(z, r)
+        if other is None or ours is None:
+            return None
+        known = np.isfinite(problem.records[r].values)
+        rows.append(np.where(known, (other - ours) / problem.sigmas[r], 0.0).ravel())
+    return np.concatenate(rows)
 
 
 def search_shift(found: Fit) -> Array:
@@ -228,27 +222,6 @@ def _rows(found: Fit, spread: Spread, model: Array, search: Array) -> list[Estim
         own = (each.name, each.unit, each.nominal, each.value(z), low, high)
         rows.append(Estimate(*own, noise, float(model[j]), float(search[j])))
     return rows
-
-
-def left_over(problem: Problem, z: Array) -> list[Left]:
-    """Return what is left of every signal of every log."""
-    rows = []
-    for r, left in enumerate(problem.split(problem.residuals(z))):
-        record = problem.records[r]
-        for s, name in enumerate(record.signals):
-            known = np.isfinite(record.values[:, s])
-            column = left[known, s] * problem.sigmas[r][s]
-            rows.append(_left(record, name, record.values[known, s], column))
-    return rows
-
-
-def _left(record: Record, name: str, signal: Array, column: Array) -> Left:
-    rms = float(np.sqrt(np.mean(column**2)))
-    own = float(np.sqrt(np.mean((signal - signal.mean()) ** 2)))
-    x = column - column.mean()
-    first = float(x[1:] @ x[:-1] / (x @ x)) if (x @ x) > 0 else 0.0
-    relative = rms / own if own > 0 else float("nan")
-    return Left(record.source, name, rms, relative, first, whiteness(column))
 
 
 def predicted(model: Model, values: dict[str, float], problem: Problem) -> list[HeldBack]:

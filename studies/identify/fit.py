@@ -4,8 +4,9 @@
 >>> found.z, found.agreeing
 
 A long log of vibrations has many local minima, one for each period that a wrong frequency loses
-over it; its first part has few. So each search begins with an eighth of every log and goes on with
-twice as much. Of several starts the least is taken, and how many came to the same place is said.
+over it; its first part has few. So each search begins with a thirty-second of every log and goes
+on with twice as much. Of several starts the least is taken, and how many came to the same place is
+said.
 """
 
 from __future__ import annotations
@@ -17,15 +18,16 @@ from scipy.optimize import least_squares
 
 from flexsim.errors import RunError
 from flexsim.numerics.types import Array
-from studies.identify.names import RANGE
+from studies.identify.records import LEAST_ROWS
 from studies.identify.residuals import Problem
 
-SHARES = (0.125, 0.25, 0.5, 1.0)  # of every log, one after the other
+SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)  # of every log, one after the other, then all
 SPREAD = 0.3  # of the coordinates at which the other starts are drawn
 HELD = 1.0  # coordinates to which a number is held that the part of a log does not tell
 EVALUATIONS = 40  # of each part
 PARTLY, WHOLLY = 1e-3, 1e-8  # relative, to which a part of the logs, and all, are searched
 REWEIGHED = 2  # times that the noise is taken from what is left
+AS_BEFORE = 0.01  # relative change of the noise that needs no other search
 SAME = 1e-3  # coordinates within which two ends are one place
 EDGE = 1e-6  # of a range, at which a number has run to its end
 
@@ -72,15 +74,23 @@ def fit(problem: Problem, starts: int, seed: int, begin: Array | None = None) ->
             failed = str(error)
     if not ends:
         raise RunError(failed)
-    cost, z = min(ends, key=lambda each: each[0])
+    _, z = min(ends, key=lambda each: each[0])
     own = slice(problem.own)
     agreeing = sum(bool(np.all(np.abs(other[own] - z[own]) < SAME)) for _, other in ends)
     for _ in range(REWEIGHED):
-        problem = reweighed(problem, z)
-        cost, z = _searched(problem, z)
+        before, problem = problem, reweighed(problem, z)
+        if _same_noise(before, problem):
+            break
+        _, z = _searched(problem, z)
     _require_inside(problem, z)
     left, slopes = problem.residuals(z), problem.jacobian(z)
-    return Fit(problem, z, cost, starts, agreeing, left, slopes)
+    return Fit(problem, z, float(left @ left) / 2, starts, agreeing, left, slopes)
+
+
+def _same_noise(one: Problem, other: Problem) -> bool:
+    """Return whether two problems weigh their signals nearly alike."""
+    pairs = zip(one.sigmas, other.sigmas, strict=True)
+    return all(bool(np.all(np.abs(a / b - 1) < AS_BEFORE)) for a, b in pairs)
 
 
 def _roomy(problem: Problem) -> Array:
@@ -94,8 +104,10 @@ def _grown(problem: Problem, z: Array) -> tuple[float, Array]:
     Raises:
         RunError: it does not end.
     """
-    for share in SHARES[:-1]:
-        _, z = _searched(problem.first(share), z, held=True)
+    for share in SHARES:
+        part = problem.first(share)
+        if min(len(each.time) for each in part.records) >= LEAST_ROWS:
+            _, z = _searched(part, z, held=True)
     return _searched(problem, z)
 
 
@@ -132,8 +144,9 @@ def _searched(problem: Problem, z: Array, held: bool = False) -> tuple[float, Ar
     )
     if not np.isfinite(found.cost) or (found.status <= 0 and not held):
         raise RunError(
-            f"least squares did not end in {EVALUATIONS} evaluations: {found.message}; begin "
-            "nearer, with --robot.* numbers, or free fewer numbers"
+            f"least squares did not end in {EVALUATIONS} evaluations: the logs may be of other "
+            "torques or another arm; check files and columns, begin nearer with --robot.* "
+            "numbers, or free fewer"
         )
     return float(found.cost), found.x
 
@@ -153,10 +166,11 @@ def _require_inside(problem: Problem, z: Array) -> None:
     """Raise a RunError if a number has run to the end of its range; zero is none."""
     for each, at in zip(problem.model.free, z, strict=False):
         span = each.high - each.low
-        if at > each.high - EDGE * span or (at < each.low + EDGE * span and not each.at_zero):
+        if at > each.high - EDGE * span or (at < each.low + EDGE * span and not each.bounded):
+            low, high = sorted((each.value(each.low), each.value(each.high)))
             raise RunError(
                 f"{each.name} runs to {each.value(float(at)):.3g} {each.unit}, the end of its "
-                f"range, a factor of {RANGE:g} from {each.nominal:.3g}: the logs are not of such "
-                "an arm, or do not tell it; check columns and units, --setting and --start, or "
-                f"leave {each.name} out of --free"
+                f"range, {low:.3g} to {high:.3g}: the logs are not of such an arm, or do not tell "
+                "it; check columns and units, --setting and --start, or leave "
+                f"{each.name} out of --free"
             )

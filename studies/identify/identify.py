@@ -75,19 +75,20 @@ class IdentifyConfig(DecayOptions, ThreadOptions, SeedOptions, HardwareOptions):
     logs: Logs
     free: str | None = None
     """Numbers to identify, with commas between: of the robot (EI, zeta, rho, I_R0, F_1, ...), of
-    friction (friction.tau_0, friction.mu_2, ...), gain.v, offset.strain1, ...; needed without
-    --method decay."""
+    friction (friction.tau_0, friction.mu_2, friction.stiction, friction.cold, ...), gain.v,
+    offset.strain1, ...; needed without --method decay."""
     torque: tuple[Path, ...] = ()
     """CSV files of the torques, one for all logs or one for each; the logs' own unless given."""
     plant: str = "assumed-modes"
     """Model that the logs are held against: a plant's name as in flexsim drive."""
     setting: str = "none"
-    """Friction, limits and motors: none, simulink, jump, opposing or reconstructed."""
+    """Friction, limits and motors: none, simulink, jump, opposing, stribeck, lugre or
+    reconstructed."""
     method: Literal["least-squares", "genetic", "decay"] = "least-squares"
     """least-squares; genetic, the paper's algorithm; decay, frequencies and damping alone."""
     held_back: tuple[Path, ...] = ()
-    """Logs with torques that are predicted, not identified from; of several logs, each by the
-    others unless given."""
+    """Logs that are predicted, not identified from, with torques of their own or the one file of
+    --torque; of several logs, each by the others unless given."""
     signals: tuple[str, ...] = ()
     """Columns to use: theta1, theta2, v, w1, w2, strain1, strain2; all there are unless given."""
     start: Literal["rest", "moving"] = "rest"
@@ -155,9 +156,7 @@ def model_of(config: IdentifyConfig) -> Model:
         )
     robot, chosen = config.robot_of(), setting(config.setting, config.built)
     free = free_numbers(config.free, robot, chosen)
-    model = Model(robot, searched_as(config.plant), chosen, free)
-    require_built(model)
-    return model
+    return Model(robot, searched_as(config.plant), chosen, free)
 
 
 def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Result:
@@ -171,7 +170,9 @@ def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Resu
     if config.starts < 1:
         raise ParameterError(f"starts is {config.starts}; give 1 or more searches")
     model = model_of(config)
+    require_built(model, config.signals)
     records = read_records(config, config.logs, config.torque)
+    require_built(model, {name for each in records for name in each.signals})
     count = thread_count() if config.threads is None else config.threads
     sigmas = tuple(map(noise_of, records))
     problem = Problem(model, records, sigmas, config.start, count)
@@ -185,7 +186,7 @@ def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Resu
         config.plant,
         config.method,
         config.setting,
-        tuple(f"{each.source}: {len(each.time)} rows, {each.duration:.4g} s" for each in records),
+        tuple(each.words for each in records),
         _mujoco_apart(config, found),
     )
 
@@ -194,7 +195,8 @@ def _held_back(config: IdentifyConfig, model: Model, found: Identified) -> list[
     """Return the errors of prediction of logs held back, or of each by the others."""
     problem = found.found.problem
     if config.held_back:
-        records = read_records(config, config.held_back, ())
+        shared = config.torque if len(config.torque) == 1 else ()
+        records = read_records(config, config.held_back, shared)
         own = Problem(model, records, tuple(map(noise_of, records)), config.start, problem.threads)
         return list(predicted(model, found.values, own))
     if len(config.logs) > 1 and config.method == LEAST_SQUARES:

@@ -20,31 +20,32 @@ import numpy as np
 
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
-from flexsim.loop.friction import Friction
 from flexsim.loop.settings import Setting
 from flexsim.numerics.types import Array
 from flexsim.robot import Robot
+from studies.identify.friction_names import (
+    FRICTION,
+    LEAST,
+    SCALES,
+    both_joints,
+    friction_number,
+    require_there,
+    unit_of,
+    with_friction,
+)
 
 RANGE = 10.0  # factor over and under the nominal number within which one is searched
 LINEAR_MOST = 100.0  # coordinates of a number that begins at zero
+SIGNED_LEAST = -0.9  # of friction that is less when cold or warm: all of it would be -1
 LENGTHS = ("L_R", "r", "L")  # are measured with a rule: the kinematics of a log rest on them
 OF_FILE = ("EI", "rho", "payload")  # that `Robot.changed` changes in an MJCF file
 UNITS_AT_ZERO = {  # one coordinate of what is zero at first
     **{"I_m1": 1e-2, "I_m2": 1e-3, "zeta": 1e-3, "F_1": 1e-3, "F_2": 1e-3},
     **{"payload": 1e-2, "payload_inertia": 1e-4},
-    **{"friction.tau_0": 0.1, "friction.mu": 0.1, "friction.dead_zone": 0.1},
     **{"offset.v": 1e-3, "offset.theta1": 1e-3, "offset.theta2": 1e-3},
     **{"offset.strain1": 1e-5, "offset.strain2": 1e-5},
 }
-PAIRS = {
-    "friction.tau_0": ("friction.tau_0_1", "friction.tau_0_2"),
-    "friction.mu": ("friction.mu_1", "friction.mu_2"),
-    "friction.dead_zone": (
-        *("friction.dead_zone_1_low", "friction.dead_zone_1_high"),
-        *("friction.dead_zone_2_low", "friction.dead_zone_2_high"),
-    ),
-}
-FRICTION = tuple(name for names in PAIRS.values() for name in names)
+PAIRS = both_joints()
 OUTPUTS = {  # of what is measured: gain times it, plus offset
     **{"offset.v": ("m", 0.0), "gain.v": ("-", 1.0)},
     **{f"gain.strain{i}": ("-", 1.0) for i in (1, 2)},
@@ -85,14 +86,14 @@ class Free:
     def interval(self, z: float, half: float) -> tuple[float, float]:
         """Return the numbers between which an interval of the coordinate, z +- half, lies."""
         most = 700.0 if self.scale is None else math.inf  # exp of more is no double
-        ends = [self.value(min(max(each, -most), most)) for each in (z - half, z + half)]
-        low, high = min(ends), max(ends)
-        return (max(low, self.value(self.low)) if self.at_zero else low), high
+        least = self.low if self.bounded else -most
+        ends = [self.value(min(max(each, least), most)) for each in (z - half, z + half)]
+        return min(ends), max(ends)
 
     @property
-    def at_zero(self) -> bool:
-        """Whether the number begins at zero and may not fall below."""
-        return self.scale is not None and self.low == 0.0
+    def bounded(self) -> bool:
+        """Whether the range begins where the number can be no less, as at zero."""
+        return self.scale is not None and self.low > -LINEAR_MOST
 
 
 def free_numbers(names: str | Sequence[str], robot: Robot, chosen: Setting) -> tuple[Free, ...]:
@@ -126,18 +127,19 @@ def known_names() -> tuple[str, ...]:
 
 def _free(name: str, robot: Robot, chosen: Setting) -> Free:
     if name not in known_names():
-        near = difflib.get_close_matches(name, (*known_names(), *PAIRS), n=1)
-        hint = f"; did you mean {near[0]}?" if near else ""
+        known = {each.lower(): each for each in (*known_names(), *PAIRS)}
+        near = difflib.get_close_matches(name.lower(), known, n=1)
+        hint = f", perhaps {known[near[0]]}" if near else ""
         why = "; lengths are measured, not identified" if name in LENGTHS else hint
         raise ParameterError(
-            f"--free {name}: there is no such number; choose of {', '.join(known_names())}{why}"
+            f"--free {name}: there is no such number{why}; choose of {', '.join(known_names())}"
         )
     if name in OUTPUTS:
         unit, nominal = OUTPUTS[name]
         return _searched(name, nominal, unit, signed=True)
     if name in FRICTION:
-        unit = "N m" if "mu" not in name else ("N m s/rad" if _opposes(chosen) else "-")
-        return _searched(name, friction_number(chosen.friction, name), unit)
+        require_there(name, chosen)
+        return _of_friction(name, friction_number(chosen, name), unit_of(name, chosen))
     if robot.given is not None and name not in OF_FILE:
         raise ParameterError(
             f"--free {name}: {robot.given.source} has numbers of its own; of a file's robot "
@@ -147,8 +149,15 @@ def _free(name: str, robot: Robot, chosen: Setting) -> Free:
     return _searched(name, getattr(chosen.applied(robot.parameters), name), unit)
 
 
-def _opposes(chosen: Setting) -> bool:
-    return chosen.friction.law == "opposing"
+def _of_friction(name: str, nominal: float, unit: str) -> Free:
+    """Return a number of friction with its range."""
+    kind = FRICTION[name].field
+    least, signed = LEAST.get(kind, 0.0), kind in ("cold", "warm")
+    if not signed and least == 0.0 and nominal != 0.0:
+        return Free(name, nominal, unit, None, -math.log(RANGE), math.log(RANGE))
+    scale = -SCALES[kind] if name.endswith("_low") else SCALES[kind]
+    low = ((SIGNED_LEAST if signed else least) - nominal) / scale
+    return Free(name, nominal, unit, scale, low, LINEAR_MOST)
 
 
 def _searched(name: str, nominal: float, unit: str, signed: bool = False) -> Free:
@@ -157,33 +166,7 @@ def _searched(name: str, nominal: float, unit: str, signed: bool = False) -> Fre
         return Free(name, nominal, unit, None, -math.log(RANGE), math.log(RANGE))
     family = next((each for each in UNITS_AT_ZERO if name.startswith(each)), None)
     scale = UNITS_AT_ZERO[family] if family else 1.0
-    if name.endswith("_low"):
-        scale = -scale
     return Free(name, nominal, unit, scale, -LINEAR_MOST if signed else 0.0, LINEAR_MOST)
-
-
-def friction_number(friction: Friction, name: str) -> float:
-    """Return a number of a friction law by its name."""
-    kind, *place = name.removeprefix("friction.").replace("tau_0", "tau0").split("_")
-    if kind == "dead":  # dead_zone_1_low
-        return float(friction.dead_zone[int(place[1]) - 1][("low", "high").index(place[2])])
-    pair = friction.tau_0 if kind == "tau0" else friction.mu
-    return float(pair[int(place[0]) - 1])
-
-
-def with_friction(friction: Friction, values: Mapping[str, float]) -> Friction:
-    """Return a friction law with these numbers in place of its own."""
-    now = {name: values.get(name, friction_number(friction, name)) for name in FRICTION}
-    at = "friction."
-    return replace(
-        friction,
-        tau_0=(now[f"{at}tau_0_1"], now[f"{at}tau_0_2"]),
-        mu=(now[f"{at}mu_1"], now[f"{at}mu_2"]),
-        dead_zone=(
-            (now[f"{at}dead_zone_1_low"], now[f"{at}dead_zone_1_high"]),
-            (now[f"{at}dead_zone_2_low"], now[f"{at}dead_zone_2_high"]),
-        ),
-    )
 
 
 def values_at(free: Sequence[Free], z: Array) -> dict[str, float]:
@@ -215,9 +198,9 @@ def setting_with(chosen: Setting, values: Mapping[str, float]) -> Setting:
         for name in MOTORS
         if name in values and getattr(chosen, name) is not None
     }
-    if any(name in FRICTION for name in values):
-        motors["friction"] = with_friction(chosen.friction, values)
-    return replace(chosen, **motors) if motors else chosen
+    if motors:
+        chosen = replace(chosen, **motors)
+    return with_friction(chosen, values) if any(name in FRICTION for name in values) else chosen
 
 
 def bounds_of(free: Sequence[Free]) -> tuple[Array, Array]:

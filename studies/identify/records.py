@@ -40,6 +40,7 @@ class Record:
         source: the file. period: of the torque's clock [s]. torque: (K, 2) [N m], each held.
         time: (N,) of the measured rows, since the first torque [s].
         signals: names. values: (N, S) of them, nan where there is none.
+        left_out: rows of the file at which there is no torque.
     """
 
     source: str
@@ -48,6 +49,14 @@ class Record:
     time: Array
     signals: tuple[str, ...]
     values: Array
+    left_out: int = 0
+
+    @property
+    def words(self) -> str:
+        """What was read, in a line."""
+        own = f"{self.source}: {len(self.time)} rows, {self.duration:.4g} s"
+        more = f"; {self.left_out} more rows have no torque and are left out"
+        return own + (more if self.left_out else "")
 
     @property
     def duration(self) -> float:
@@ -116,8 +125,9 @@ def read_record(
             f"{path}: {int(inside.sum())} rows lie within the {len(held)} torques of {source}; "
             f"give {LEAST_ROWS} or more, on one clock or both from their first row"
         )
+    beyond = int(len(inside) - inside.sum())
     time, values = (time + shift)[inside], values[inside]
-    return _begun(Record(str(path), options.period, held, time, wanted, values))
+    return _begun(Record(str(path), options.period, held, time, wanted, values, beyond))
 
 
 def _begun(record: Record) -> Record:

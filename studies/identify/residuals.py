@@ -11,21 +11,27 @@ Coordinates are the free numbers', then of each log where its joints were at the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flexsim.errors import RunError
 from flexsim.numerics.types import Array
+from studies.identify.intervals import WHITE, whiteness
 from studies.identify.names import bounds_of, values_at
-from studies.identify.records import ANGLES, Record
+from studies.identify.records import ANGLES, UNITS, Record, noise_of
 from studies.identify.simulated import MOVING, Model, starts_of
 
 DIFFERENCE = 1e-4  # of a coordinate; central differences, so relative errors of some 1e-8
 START_DIFFERENCE = 1e-4  # [rad], [rad/s]
 START_MOST = (0.05, 0.05, 20.0, 20.0)  # from what the first rows say
 LOST = 1e3  # noises that a residual without a motion counts
+UNEXPLAINED = 0.5  # of a signal that may be left, unless it is noise
+NOISES = 3.0  # of a signal, up to which what is left may be that
+ALMOST = 0.2  # relative, of a factor that gives a unit away
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,3 +170,88 @@ class Problem:
             found.append(residuals[begin : begin + size].reshape(record.values.shape))
             begin += size
         return found
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of a signal: rms [its unit], relative to the signal's own about its mean, the
+    first autocorrelation, and Ljung and Box's probability that it is white."""
+
+    log: str
+    signal: str
+    rms: float
+    relative: float
+    first: float
+    p: float
+
+    @property
+    def white(self) -> str:
+        """Whether it passes for white."""
+        return "yes" if self.p >= WHITE else "no"
+
+    @property
+    def unit(self) -> str:
+        """Of the signal."""
+        return UNITS.get(self.signal, "-")
+
+
+def left_over(problem: Problem, z: Array) -> list[Left]:
+    """Return what is left of every signal of every log."""
+    rows = []
+    for r, left in enumerate(problem.split(problem.residuals(z))):
+        record = problem.records[r]
+        for s, name in enumerate(record.signals):
+            known = np.isfinite(record.values[:, s])
+            column = left[known, s] * problem.sigmas[r][s]
+            rows.append(_left(record, name, record.values[known, s], column))
+    return rows
+
+
+def _left(record: Record, name: str, signal: Array, column: Array) -> Left:
+    rms = float(np.sqrt(np.mean(column**2)))
+    own = float(np.sqrt(np.mean((signal - signal.mean()) ** 2)))
+    x = column - column.mean()
+    first = float(x[1:] @ x[:-1] / (x @ x)) if (x @ x) > 0 else 0.0
+    relative = rms / own if own > 0 else float("nan")
+    return Left(record.source, name, rms, relative, first, whiteness(column))
+
+
+def require_explained(problem: Problem, z: Array, left: Sequence[Left]) -> None:
+    """Refuse logs most of whose motion the model leaves, with what it would take.
+
+    Raises:
+        RunError: a wrong unit, sign or column; torques that are not the log's; another arm.
+    """
+    rows = iter(left)
+    for r, record in enumerate(problem.records):
+        noise, ours = noise_of(record), problem.modelled(z, r)
+        for s, name in enumerate(record.signals):
+            row = next(rows)
+            if not (row.relative > UNEXPLAINED and row.rms > NOISES * noise[s]):
+                continue
+            known = np.isfinite(record.values[:, s])
+            measured = record.values[known, s]
+            share = np.nan if ours is None else _share(measured, ours[known, s])
+            raise RunError(
+                f"{record.source}: the best numbers leave {100 * row.relative:.3g} % of {name}, "
+                f"which is {share:.3g} times the model's: {_suspect(share)}"
+            )
+
+
+def _share(measured: Array, modelled: Array) -> float:
+    """Return which factor of a modelled signal is nearest to a measured one, means aside."""
+    x, y = modelled - modelled.mean(), measured - measured.mean()
+    size = float(x @ x)
+    return float(x @ y) / size if size > 0 else math.nan
+
+
+def _suspect(share: float) -> str:
+    """Return what is likely wrong with a signal that is a share of the model's, and what helps."""
+    for factor, words in (
+        (1000.0, "it seems to be in mm; give m"),
+        (180 / math.pi, "it seems to be in degrees; give rad"),
+        (-1.0, "its sign seems to be the other one; turn it"),
+    ):
+        if abs(share / factor - 1) < ALMOST:
+            return words
+    return "check its unit, sign and column, the torques, --setting and --start"

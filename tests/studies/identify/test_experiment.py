@@ -11,8 +11,6 @@ import pytest
 from studies.experiment.torques import KINDS, Band, balanced, shapes
 from studies.main import main
 
-pytestmark = pytest.mark.slow  # minutes under load
-
 PUSH = 1e-9  # relative, of what is balanced
 
 
@@ -66,8 +64,8 @@ def test_torques_are_scaled_until_the_arm_stays_inside(
 
 
 def test_what_cannot_be_told_is_said(capsys: pytest.CaptureFixture[str]) -> None:
-    shown = told(capsys, "--free", "EI,I_R0,m_H,friction.mu_1")
-    assert shown["silent"] == ["friction.mu_1"]
+    shown = told(capsys, "--free", "EI,I_R0,m_H,F_1", "--torques", "0.01", "0.005")
+    assert shown["silent"] == ["F_1"]
     assert [set(group) for group in shown["only_together"]] == [{"I_R0", "m_H"}]
 
 
@@ -92,3 +90,14 @@ def test_what_no_torque_can_do_is_one_line(
     complaint = capsys.readouterr().err
     assert complaint.count("\n") == 1 and said in complaint
     assert not out.exists()
+
+
+def test_draws_of_the_other_model_are_identified(capsys: pytest.CaptureFixture[str]) -> None:
+    """Two draws of the README's hundred, half a second each."""
+    words = ("--free", "EI,I_R0", "--duration", "0.5", "--band", "2", "12", "--check", "2")
+    assert main(["experiment", *words, "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["check_plant"] == "closed-chain" and shown["not_identified"] == []
+    for row in shown["covered"]:
+        assert row["inside"] == 2 and row["worst"] < 0.02, row
+        assert row["half"] < 0.1, row  # an interval of anything would hold

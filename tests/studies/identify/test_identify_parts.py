@@ -17,8 +17,9 @@ from flexsim.arm.free_arm import clamped_frequencies, joint_free_frequencies
 from flexsim.plants.chain_plant import ClosedChainPlant
 from studies.identify.chains import ChainFamily
 from studies.identify.decay.pencil import decay
+from studies.identify.friction_names import FRICTION, friction_number, with_friction
 from studies.identify.intervals import bandwidth, long_run, spread_of, whiteness
-from studies.identify.names import free_numbers, friction_number, robot_with, with_friction
+from studies.identify.names import free_numbers, robot_with
 from studies.identify.records import noise_of, read_record
 from studies.identify.telling import told_by
 from studies.main import main
@@ -125,18 +126,36 @@ def test_what_acts_together_is_named_and_what_moves_nothing() -> None:
     assert hidden.silent == ("c",)
 
 
-def test_names_reach_every_number_of_friction() -> None:
-    law = setting("opposing")
-    free = free_numbers("friction.tau_0,friction.mu,friction.dead_zone,payload", Robot(), law)
+@pytest.mark.parametrize("law", ["simulink", "opposing", "stribeck", "lugre"])
+def test_names_reach_every_number_of_a_law(law: str) -> None:
+    chosen = setting(law)
+    own = [name for name, place in FRICTION.items() if law in place.laws]
+    free = free_numbers(",".join(own), Robot(), chosen)
     assert [each.value(0.0) for each in free] == [each.nominal for each in free]
-    values = {each.name: each.value(0.5) for each in free if "." in each.name}
-    friction = with_friction(law.friction, values)
-    assert {name: friction_number(friction, name) for name in values} == pytest.approx(values)
-    payload = free[-1]
-    assert payload.scale is not None and payload.at_zero
-    assert payload.interval(0.1, 5.0)[0] == 0.0
+    values = {each.name: each.value(0.5) for each in free}
+    changed = with_friction(chosen, values)
+    assert {name: friction_number(changed, name) for name in values} == pytest.approx(values)
+    kept = [name for name in FRICTION if name not in values]
+    assert all(friction_number(changed, name) == friction_number(chosen, name) for name in kept)
     for each in free:
-        assert each.coordinate(each.value(0.3)) == pytest.approx(0.3)
+        assert each.coordinate(each.value(0.3)) == pytest.approx(0.3), each.name
+        assert friction_number(chosen, each.name) == each.nominal, each.name
+
+
+def test_a_name_without_a_joint_is_that_of_both() -> None:
+    free = free_numbers("friction.stiction,friction.dead_zone", Robot(), setting("stribeck"))
+    ends = [f"friction.dead_zone_{i}_{end}" for i in (1, 2) for end in ("low", "high")]
+    assert [each.name for each in free] == ["friction.stiction_1", "friction.stiction_2", *ends]
+
+
+def test_intervals_end_where_a_number_can_be_no_less() -> None:
+    (payload,) = free_numbers("payload", Robot(), setting("none"))
+    assert payload.scale is not None and payload.bounded
+    assert payload.interval(0.1, 5.0)[0] == 0.0
+    (stiction, _) = free_numbers("friction.stiction", Robot(), setting("stribeck"))
+    assert stiction.interval(0.0, 50.0) == pytest.approx((1.0, 6.5))
+    (offset,) = free_numbers("offset.v", Robot(), setting("none"))
+    assert offset.interval(0.0, 5.0) == pytest.approx((-5e-3, 5e-3))
 
 
 def write(path: Path, header: str, rows: Any) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,9 @@ PERIOD = 1e-3
 TRUTH = {"EI": 0.40, "zeta": 2e-3, "I_R0": 0.28, "F_2": 4e-4}
 EXACT = 1e-8  # relative, of exact logs of the same model: where least squares ends
 WITHIN = 0.02  # relative, promised on the other model
+NEAR = {"zeta": 0.05, "F_2": 0.25}  # of so short a log; of 8 s all are within 2 %, in the README
 BENCH = HARDWARE["bench"]
+SYNCHRONOUS = HARDWARE["delayed"]  # as the bench, without noise and counts
 SEARCH = Search(LEAST_SQUARES, 1, 1, GeneticSettings())
 THETA = (0.1, 1.2)
 
@@ -46,17 +49,16 @@ def robot_of(values: dict[str, float]) -> Robot:
     return robot_with(Robot(), values)
 
 
-def record_of(plant: str, values: dict[str, float], noisy: bool = True, seed: int = 1) -> Record:
-    none, tau = setting("none"), torque()
-    motion = drive(robot_of(values).plant(plant, none), none, tau, PERIOD, THETA)
-    bench = BENCH if noisy else HARDWARE["ideal"]
-    return logged(motion, tau, PERIOD, bench, np.random.default_rng(seed))
+def record_of(plant: str, values: dict[str, float], noisy: bool = True, run: int = 1) -> Record:
+    none, tau = setting("none", BENCH if noisy else SYNCHRONOUS), torque()
+    motion = drive(robot_of(values).plant(plant, none), none, tau, PERIOD, THETA, run=run)
+    return logged(motion, tau, PERIOD)
 
 
 def problem_of(plant: str, names: str, *records: Record) -> Problem:
-    none = setting("none")
+    none = setting("none", BENCH)
     model = Model(Robot(), plant, none, free_numbers(names, Robot(), none))
-    return Problem(model, records, (sigmas(BENCH),) * len(records), "rest", 2)
+    return Problem(model, records, tuple(map(sigmas, records)), "rest", 2)
 
 
 @pytest.mark.parametrize("plant", ["assumed-modes", "closed-chain"])
@@ -69,14 +71,15 @@ def test_exact_logs_of_the_same_model_give_its_numbers(plant: str) -> None:
 
 @pytest.mark.parametrize("plant", ["assumed-modes", "closed-chain"])
 def test_strains_tell_a_bridges_gain(plant: str) -> None:
-    """As `drive` reads them, with the gain error that the hardware has; EI another, too."""
-    built = overridden("bridges", hardware_with=("bridge_gain=0.05,0", "bridge_filter=0"), seed=4)
+    """As `drive` reads them, with the gain error and the filter that the hardware has."""
+    built = overridden("bridges", hardware_with=("bridge_gain=0.05,0",), seed=4)
     chosen, tau = setting("none", built), torque()
     motion = drive(robot_of({"EI": 0.40}).plant("closed-chain", chosen), chosen, tau, PERIOD, THETA)
-    signals = ("theta1", "theta2", "v", *STRAINS)
-    assert motion.sensed is not None
-    values = np.column_stack([motion.measured, motion.sensed[:, :2]])[: len(tau)]
-    record = Record("log", PERIOD, tau, motion.time[: len(tau)], signals, values)
+    whole = logged(motion, tau, PERIOD)
+    signals = ("theta1", "theta2", "w1", "w2", *STRAINS)  # v is of strains with that error
+    record = replace(
+        whole, signals=signals, values=whole.values[:, list(map(whole.signals.index, signals))]
+    )
     free = free_numbers("EI,gain.strain1,gain.strain2,offset.strain2", Robot(), chosen)
     model = Model(Robot(), plant, chosen, free)
     problem = Problem(model, (record,), (noise_of(record),), "rest", 2)
@@ -98,7 +101,7 @@ def test_the_other_model_gives_them_within_its_intervals(made_on: str, plant: st
     problem = problem_of(plant, ",".join(TRUTH), record_of(made_on, TRUTH))
     for row in identified(problem, SEARCH, "").rows:
         assert row.low <= TRUTH[row.name] <= row.high, row
-        assert abs(row.value / TRUTH[row.name] - 1) < (WITHIN if row.name != "zeta" else 0.05), row
+        assert abs(row.value / TRUTH[row.name] - 1) < NEAR.get(row.name, WITHIN), row
 
 
 def test_the_models_part_is_what_the_other_model_does() -> None:
@@ -130,9 +133,7 @@ def test_intervals_hold() -> None:
     """Five draws of two numbers; the hundred are in the README."""
     model = problem_of("assumed-modes", "EI,I_R0").model
     draws = Draws(5, 0.2, 3)
-    rows, failed = coverage(
-        model, "closed-chain", torque(), THETA, PERIOD, BENCH, draws, 2, lambda: None
-    )
+    rows, failed = coverage(model, "closed-chain", torque(), THETA, PERIOD, draws, 2, lambda: None)
     assert failed == []
     for row in rows:
         assert row.inside >= 4 and row.worst < WITHIN, row
@@ -140,7 +141,7 @@ def test_intervals_hold() -> None:
 
 
 def test_a_log_is_predicted_by_the_others() -> None:
-    records = [record_of("assumed-modes", {"EI": TRUTH["EI"]}, seed=i) for i in (1, 2)]
+    records = [record_of("assumed-modes", {"EI": TRUTH["EI"]}, run=i) for i in (1, 2)]
     problem = problem_of("assumed-modes", "EI", *records)
     found = fit(problem, starts=1, seed=1)
     rows = left_one_out(found.problem, SEARCH, found.z[:1])
@@ -167,8 +168,9 @@ def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     return found
 
 
-def identify(folder: Path, *words: str) -> int:
-    given = ["identify", str(folder / "log.csv"), "--torque", str(folder / "tau.csv")]
+def identify(folder: Path, *words: str, torque: Path | None = None) -> int:
+    own = torque or folder / "tau.csv"
+    given = ["identify", str(folder / "log.csv"), "--torque", str(own)]
     return main([*given, "--starts", "1", *words])
 
 
@@ -201,8 +203,24 @@ def test_the_genetic_algorithm_comes_near(files: Path, capsys: pytest.CaptureFix
     ("words", "said"),
     [
         (("--free", "EI,I_R0,I_m1"), "I_R0 and I_m1 only act together"),
-        (("--free", "friction.mu_1"), "friction.mu_1 cannot be told"),
-        (("--free", "EJ"), "--free EJ: there is no such number"),
+        (
+            (
+                "--free",
+                "friction.mu_2",
+                "--setting",
+                "opposing",
+            ),  # in whose dead zone nothing moves
+            "friction.mu_2 cannot be told",
+        ),
+        (("--free", "EI", "--robot.EI", "0.03"), "the best numbers leave"),
+        (("--free", "friction.mu_1"), "setting none has no such number; give --setting simulink"),
+        (
+            ("--free", "friction.sigma_0", "--setting", "stribeck"),
+            "setting stribeck has no such number; give --setting lugre",
+        ),
+        (("--free", "ei"), "--free ei: there is no such number, perhaps EI; choose of"),
+        (("--free", "EI", "--plant", "rigid"), "no link of it bends, so EI cannot be told"),
+        (("--free", "I_R0", "--plant", "chain:99999"), "plant 'chain:99999' is unknown"),
         (("--free", "L"), "lengths are measured"),
         (("--free", "EI,EI"), "--free names EI twice"),
         ((), "--free is missing"),
@@ -217,6 +235,45 @@ def test_mistakes_are_one_line(
     assert identify(files, *words) == 2
     complaint = capsys.readouterr().err
     assert complaint.count("\n") == 1 and said in complaint
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "said"),
+    [
+        (5, 1000.0, "it seems to be in mm; give m"),
+        (3, 180 / np.pi, "it seems to be in degrees; give rad"),
+        (3, -1.0, "its sign seems to be the other one; turn it"),
+    ],
+)
+def test_logs_in_other_units_are_refused(
+    files: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    column: int,
+    factor: float,
+    said: str,
+) -> None:
+    """t, x, y, theta1, theta2, v: whatever EI is, the model leaves most of such a column."""
+    rows = np.loadtxt(files / "log.csv", delimiter=",", skiprows=1)
+    rows[:, column] *= factor
+    log = tmp_path / "log.csv"
+    np.savetxt(log, rows, delimiter=",", header="t,x,y,theta1,theta2,v", comments="")
+    out = tmp_path / "run"
+    assert identify(tmp_path, "--free", "EI", "--out", str(out), torque=files / "tau.csv") == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1 and said in complaint
+    assert not out.exists()
+
+
+def test_rows_without_torques_are_counted(
+    files: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (files / "tau.csv").read_text().splitlines()
+    short = tmp_path / "short.csv"
+    short.write_text("\n".join([*lines[:401], ""]))
+    assert identify(files, "--free", "EI", torque=short) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "1099 more rows have no torque and are left out" in shown
 
 
 def test_logs_without_torques_or_motion_are_refused(
