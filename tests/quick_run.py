@@ -21,7 +21,7 @@ WIDTH = 80  # columns of the terminal
 OPTIONS: dict[str, dict[str, Any]] = {  # what makes a quick run quicker still
     "converge": {"rounds": 1},
     "compare": {"controllers": ("ours", "table2")},
-    "laboratory": {"synthetic": 2},
+    "laboratory": {"synthetic": 2, "plants": ("assumed-modes",)},
     "ladder": {"rounds": 1},
     "screening": {"screen": 30},
     "stability": {"map_points": 3, "controllers": ("ideal-line",), "screen": 20},

@@ -20,8 +20,9 @@ import numpy as np
 from flexsim.numerics.types import Array
 from studies.identify.fit import Fit, fit, reweighed
 from studies.identify.genetic import genetic
-from studies.identify.intervals import Spread, correlation, spread_of
+from studies.identify.intervals import Counted, Spread, correlation, spread_of
 from studies.identify.names import values_at
+from studies.identify.records import counts_of
 from studies.identify.residuals import Left, Problem, left_over, require_explained
 from studies.identify.simulated import Model, other_of
 from studies.identify.telling import LOOSE, Told, require_told, told_by
@@ -126,7 +127,7 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
     require_told(told, where, excite)
     left = left_over(found.problem, found.z)
     require_explained(found.problem, found.z, left)
-    spread = spread_of(found.problem.split(found.residuals), _by_record(found))
+    spread = spread_of(found.problem.split(found.residuals), _by_record(found), _counted(found))
     own = spread.covariance[: problem.own, : problem.own]
     other = other_of(problem.model.plant)
     return Identified(
@@ -159,6 +160,17 @@ def _by_record(found: Fit) -> list[Array]:
         columns.append(rows.reshape(*record.values.shape, -1))
         begin += record.values.size
     return columns
+
+
+def _counted(found: Fit) -> list[Counted]:
+    """Return what of each record is counted; nothing where there is no motion."""
+    problem, counted = found.problem, []
+    for r, record in enumerate(problem.records):
+        signals = problem.modelled(found.z, r)
+        if signals is None:
+            return []
+        counted.append(Counted(signals, counts_of(record), problem.sigmas[r]))
+    return counted
 
 
 def model_shift(found: Fit, other: str) -> Array:

@@ -8,9 +8,12 @@ Of residuals r and their slopes J in the coordinates z, the covariance is the sa
     (J'J)^-1 S (J'J)^-1,   S = sum_l w_l sum_t (s_t s_(t-l)' + ...),   s_t = sum_c J_tc' r_tc
 
 with Bartlett's weights w_l, a bandwidth after Andrews from the scores' first autocorrelation, and,
-as the bandwidth takes degrees of freedom, Student's quantile with 1.5 T over it. A count of an
-encoder is no white noise, and neither is what a model lacks. Where that comes out smaller than the
-classical s^2 (J'J)^-1, which takes residuals for white, the classical one stands.
+as the bandwidth takes degrees of freedom, Student's quantile with 1.5 T over it. What a model lacks
+is no white noise, and neither is a count of an encoder, whose errors last as long as a joint
+lingers: too few of them for their autocorrelation to be seen. So where a signal is counted, S is
+also what such counts would make of the modelled motion, drawn at phases of the count that nobody
+knows, beside the other signals' sum. The largest of both and of the classical s^2 (J'J)^-1, which
+takes residuals for white, stands.
 
 Source: Newey and West, Econometrica 55 (1987) 703; Andrews, Econometrica 59 (1991) 817, (6.2) and
 (6.4); 1.5 T over Bartlett's bandwidth: Priestley, Spectral Analysis and Time Series (1981), table
@@ -33,6 +36,15 @@ WHITE = 0.05  # p below which residuals are not
 ANDREWS = 1.1447  # of Bartlett's weights, (6.2)
 CORRELATED_MOST = 0.999  # first autocorrelation that a bandwidth is made for
 SHARE_MOST = 0.2  # of the rows, a bandwidth
+PHASES, PHASES_SEED = 100, 0  # of a count, at which its errors are drawn
+
+
+class Counted(NamedTuple):
+    """A record's modelled signals (N, S), their counts (S,), 0 where there are none, noise (S,)."""
+
+    signals: Array
+    counts: Array
+    sigmas: Array
 
 
 class Spread(NamedTuple):
@@ -50,11 +62,14 @@ class Spread(NamedTuple):
     lags: float
 
 
-def spread_of(residuals: Sequence[Array], slopes: Sequence[Array]) -> Spread:
+def spread_of(
+    residuals: Sequence[Array], slopes: Sequence[Array], counted: Sequence[Counted] = ()
+) -> Spread:
     """Return the errors of coordinates.
 
     Args:
-        residuals: (N, S) of each record. slopes: (N, S, p) of each record.
+        residuals: (N, S) of each record. slopes: (N, S, p) of each record. counted: of each
+            record, if any signal of theirs is.
     """
     flat = np.vstack([each.reshape(-1, each.shape[-1]) for each in slopes])
     inverse = inverse_information(flat)
@@ -65,13 +80,34 @@ def spread_of(residuals: Sequence[Array], slopes: Sequence[Array]) -> Spread:
     lags = bandwidth(scores)
     meat = sum(long_run(each, lags) for each in scores)
     sandwich = inverse @ meat @ inverse
-    wider = np.sqrt(np.maximum(np.diag(classical), np.diag(sandwich)))
+    by_counts = inverse @ counts_meat(residuals, slopes, counted, lags) @ inverse
+    largest = [np.diag(each) for each in (classical, sandwich, by_counts)]
+    wider = np.sqrt(np.max(largest, axis=0))
     base = np.sqrt(np.maximum(np.diag(sandwich), 1e-300))
     covariance = sandwich * np.outer(wider / base, wider / base)
     rows = sum(len(each) for each in scores)
     freedom = max(1.5 * rows / lags, 3.0)
     quantile = float(stats.t.ppf((1 + LEVEL) / 2, freedom))
     return Spread(covariance, wider, quantile * wider, freedom, lags)
+
+
+def counts_meat(
+    residuals: Sequence[Array], slopes: Sequence[Array], counted: Sequence[Counted], lags: float
+) -> Array:
+    """Return S (p, p) of signals that are counted, and of the others; 0 where none is."""
+    size = slopes[0].shape[-1]
+    drawn, others = np.zeros((PHASES, size)), np.zeros((size, size))
+    rng = np.random.default_rng(PHASES_SEED)
+    if not any(each.counts.any() for each in counted):
+        return others
+    for r, J, each in zip(residuals, slopes, counted, strict=True):
+        for s in np.flatnonzero(each.counts):
+            place, unit = each.signals[:, s] / each.counts[s], each.counts[s] / each.sigmas[s]
+            at = place + rng.uniform(size=(PHASES, 1))
+            drawn += unit * (np.round(at) - at) @ J[:, s]
+        free = each.counts == 0
+        others += long_run(np.einsum("tc,tcp->tp", r[:, free], J[:, free]), lags)
+    return others + drawn.T @ drawn / PHASES
 
 
 def inverse_information(slopes: Array) -> Array:

@@ -29,6 +29,7 @@ SIGNALS = (*NEEDED, *RATES, *STRAINS)
 UNITS = {"theta1": "rad", "theta2": "rad", "v": "m", "w1": "rad/s", "w2": "rad/s"}
 UNITS |= dict.fromkeys(STRAINS, "-")
 LEAST_ROWS = 50
+OFF_GRID = 0.05  # of a count, at the most, by the digits of a file
 STILL = 5  # first rows whose mean is the angle at rest
 
 
@@ -144,6 +145,26 @@ def _for(options: LogOptions, signals: tuple[str, ...]) -> LogOptions:
     return LogOptions(
         columns=kept, time_unit=options.time_unit, gap=options.gap, period=options.period
     )
+
+
+def counts_of(record: Record) -> Array:
+    """Return the counts (S,) of a record's angles [rad], 0 of what is not counted.
+
+    An angle is if all its values lie on a grid as wide as its least step, and some steps are none.
+    """
+    found = np.zeros(len(record.signals))
+    for s, name in enumerate(record.signals):
+        known = record.values[np.isfinite(record.values[:, s]), s]
+        steps = np.abs(np.diff(known))
+        moved = steps[steps > 1e-9 * (1 + np.abs(known).max())]
+        if name not in ANGLES or not 0 < len(moved) < len(steps):
+            continue
+        least, span = float(moved.min()), float(np.ptp(known))
+        count = span / np.round(span / least)
+        on_grid = (known - known.min()) / count
+        if np.abs(on_grid - np.round(on_grid)).max() < OFF_GRID:
+            found[s] = count
+    return found
 
 
 def noise_of(record: Record) -> Array:

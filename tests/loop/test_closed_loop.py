@@ -414,7 +414,9 @@ def diverge(how: str, size: str, folder: Path) -> subprocess.CompletedProcess:
     )
 
 
-@pytest.mark.parametrize(("how", "size"), [("loop", "-1e15"), ("drive", "9e9")])
+@pytest.mark.parametrize(
+    ("how", "size"), [("loop", "-1e15"), pytest.param("drive", "9e9", marks=pytest.mark.slow)]
+)
 def test_diverging_chain_says_nothing_and_writes_no_log(
     how: str, size: str, tmp_path: Path
 ) -> None:

@@ -270,7 +270,9 @@ def test_the_limits_cost_little() -> None:
     assert time.perf_counter() - start < SOON
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_a_signal_ends_a_command_while_it_reads_a_large_file(
     number: signal.Signals, tmp_path: Path
 ) -> None:

@@ -132,7 +132,9 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("words", ["view run.rrd", "watch my.xml"])
+@pytest.mark.parametrize(
+    "words", ["view run.rrd", pytest.param("watch my.xml", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_viewer_ends_with_its_command(words: str, number: signal.Signals, tmp_path: Path) -> None:
     """And so does what it started; Ctrl-C is how both are ended, and no failure."""

@@ -28,9 +28,10 @@ sys.exit(main())
     [
         ("chain --out chain.xml", "chain.xml: cannot write the file: File too large"),
         ("drive --torque tau.csv --out o.csv", "o.csv: cannot write the motion: File too large"),
-        (
+        pytest.param(
             "watch my.xml --once --rrd run.rrd",
             "run.rrd: cannot write the recording: File too large",
+            marks=pytest.mark.slow,
         ),
         (
             "tune --plant rigid --population 4 --survivors 2 --generations 2 --trajectory circle "

@@ -3,6 +3,7 @@ linear growth, and runs that are gone on with."""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -46,6 +47,7 @@ from studies.laboratory.rows import Ground, paper_cases
 from studies.laboratory.scored import DISCREPANCIES, between
 from studies.laboratory.suspects import LIST, MEASURED, OTHERS, SUSPECTS
 from studies.laboratory.together import CAP, LUCK, indices, shares, shares_with_ends, sizes_from
+from studies.main import main
 from studies.spec.draws import sobol_samples
 
 CASES = 4
@@ -530,16 +532,28 @@ def test_an_interrupted_study_goes_on_to_the_same_result(
 def test_a_quick_run_has_all_its_parts(quick: Callable[[str], QuickRun]) -> None:
     run = quick("laboratory")
     scores = run.content["hypotheses"]
-    for plant in ("assumed-modes", "closed-chain"):
-        mine = [row for row in scores if row["plant"] == plant and row["decades"] == 2.0]
-        assert sum(row["probability"] for row in mine) == pytest.approx(1.0)
-        assert mine[0]["hypothesis"] == "none" and mine[0]["bayes"] == 1.0
-    assert {row["check_inside"] for row in run.content["checks"]} == {True}
-    assert len(run.table("alone.csv")) == 2 * 3 * 2 * 4  # plants, signed curves, sizes, cases
+    mine = [row for row in scores if row["decades"] == 2.0]
+    assert {row["plant"] for row in mine} == {"assumed-modes"}
+    assert sum(row["probability"] for row in mine) == pytest.approx(1.0)
+    assert mine[0]["hypothesis"] == "none" and mine[0]["bayes"] == 1.0
+    assert len(run.table("alone.csv")) == 3 * 2 * 4  # signed curves, sizes, cases
     assert "likeliest" in run.text and "As causes, equally likely before" in run.text
     stated = [row for row in run.content["causes"] if row["discrepancy"] is None]
-    wide = [row for row in stated if row["plant"] == "closed-chain" and row["decades"] == 2.0]
+    wide = [row for row in stated if row["decades"] == 2.0]
     assert sum(row["probability"] for row in wide) == pytest.approx(1.0)
     grows = {row["suspect"]: row["grows"] for row in run.content["growth"]}
     assert grows == {"gain +": 0.0, "gain -": 0.0}  # with bridges at any size; noise is not linear
     assert not folder_of(run.folder).exists()
+
+
+@pytest.mark.slow  # three loops with bridges to compile
+def test_both_plants_and_mujocos_chain_belong_together(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    assert main(["laboratory", "--quick", "--synthetic", "2", "--out", str(out)]) == 0
+    with (out / "checks.csv").open(encoding="utf-8") as file:
+        assert {row["check_inside"] for row in csv.DictReader(file)} == {"True"}
+    with (out / "hypotheses.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["decades"]) == 2.0]
+    for plant in ("assumed-modes", "closed-chain"):
+        shares = [float(row["probability"]) for row in rows if row["plant"] == plant]
+        assert sum(shares) == pytest.approx(1.0)

@@ -287,6 +287,7 @@ def test_a_killed_run_continues_to_the_same_bits(finished, tmp_path):
     assert_same_run(run, finished)
 
 
+@pytest.mark.slow  # as of flexsim run, and as killed, above
 def test_ctrl_c_says_how_to_continue(finished, tmp_path):
     run = tmp_path / "interrupted"
     with started(run) as process:

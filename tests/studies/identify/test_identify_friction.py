@@ -60,7 +60,12 @@ def problem_of(chosen: Setting, names: Any, *records: Record, start: str = "rest
             ("cold=0.1,0", "warming=1,1"),
             marks=pytest.mark.slow,  # a loop of its own to compile, and three times as long
         ),
-        ("stribeck", {"tau_0_1": 4.3, "stiction_1": 1.2, "stribeck": 0.15}, ()),
+        pytest.param(
+            "stribeck",
+            {"tau_0_1": 4.3, "stiction_1": 1.2, "stribeck": 0.15},
+            (),
+            marks=pytest.mark.slow,  # lugre has these numbers, too
+        ),
         ("lugre", {"sigma_0_1": 1800.0, "sigma_1_1": 24.0, "tau_0_1": 4.3}, ()),
     ],
 )

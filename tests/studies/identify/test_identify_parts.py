@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ from flexsim.plants.chain_plant import ClosedChainPlant
 from studies.identify.chains import ChainFamily
 from studies.identify.decay.pencil import decay
 from studies.identify.friction_names import FRICTION, friction_number, with_friction
-from studies.identify.intervals import bandwidth, long_run, spread_of, whiteness
+from studies.identify.intervals import Counted, bandwidth, long_run, spread_of, whiteness
 from studies.identify.names import free_numbers, robot_with
-from studies.identify.records import noise_of, read_record
+from studies.identify.records import counts_of, noise_of, read_record
 from studies.identify.telling import told_by
 from studies.main import main
 from studies.tools.logs import LogOptions
@@ -112,6 +113,24 @@ def test_intervals_cover_a_mean_in_coloured_noise(rho: float) -> None:
     assert inside >= 0.88 * draws
 
 
+def test_intervals_cover_what_is_counted() -> None:
+    """A joint that swings by five counts: its residuals do not show how far off its size may be."""
+    rng, count, draws, t = np.random.default_rng(7), 1e-3, 200, np.linspace(0, 1, 4000)
+    slopes = np.column_stack([np.sin(2.6 * np.pi * t) + 0.3 * t, np.ones_like(t)])
+    inside = {"as counts": 0, "as any residuals": 0}
+    for _ in range(draws):
+        true, phase = np.array([5 * count * rng.uniform(0.8, 1.2), 0.0]), count * rng.uniform()
+        y = count * np.round((slopes @ true + phase) / count) - phase
+        z = np.linalg.lstsq(slopes, y, rcond=None)[0]
+        left = y - slopes @ z
+        noise = left.std()
+        own = Counted((slopes @ z)[:, None], np.array([count]), np.array([noise]))
+        for name, counted in (("as counts", [own]), ("as any residuals", [])):
+            spread = spread_of([left[:, None] / noise], [slopes[:, None] / noise], counted)
+            inside[name] += abs(z[0] - true[0]) < spread.half[0]
+    assert inside["as any residuals"] < 0.88 * draws < 0.93 * draws < inside["as counts"]
+
+
 def test_what_acts_together_is_named_and_what_moves_nothing() -> None:
     rng = np.random.default_rng(4)
     one, other = rng.standard_normal((2, 1000))
@@ -193,6 +212,10 @@ def test_noise_is_seen_through_a_motion(tmp_path: Path) -> None:
     zero = np.zeros(2000)
     columns = np.column_stack([time, zero, zero, theta, theta, v])
     path = write(tmp_path / "log.csv", "t,tau1,tau2,theta1,theta2,v", columns)
-    found = noise_of(read_record(path, None, LogOptions()))
+    record = read_record(path, None, LogOptions())
+    found = noise_of(record)
     assert found[2] == pytest.approx(1e-4, rel=0.1)
     assert count / 12 < found[0] < count
+    assert counts_of(record) == pytest.approx([count, count, 0.0], rel=1e-9)
+    noisy = replace(record, values=record.values + 1e-3 * rng.standard_normal((2000, 3)))
+    assert not counts_of(noisy).any()

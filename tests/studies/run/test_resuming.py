@@ -239,6 +239,7 @@ def test_workers_give_the_same_bytes_though_one_is_killed(whole: Path, tmp_path:
     assert len(rows) == RUNS // 50
 
 
+@pytest.mark.slow  # workers and their scheduler are tested above
 def test_a_scheduler_at_an_address(whole: Path, tmp_path: Path) -> None:
     from distributed import LocalCluster
 
