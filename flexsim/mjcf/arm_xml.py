@@ -37,6 +37,28 @@ def num(*values: float) -> str:
     return " ".join(f"{value + 0.0:.{DIGITS}g}" for value in values)
 
 
+def stepping(timestep: float) -> str:
+    """Return how the file of a chain is compiled and stepped [s]."""
+    return f"""\
+  <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
+
+  <!-- The arm moves in a horizontal plane: no gravity, nothing to touch. Diverging runs are for
+       the caller to judge: no automatic reset. RK4 needs timestep * highest frequency < 2.8 -->
+  <option timestep="{num(timestep)}" integrator="RK4">
+    <flag contact="disable" gravity="disable" autoreset="disable"/>
+  </option>"""
+
+
+def seen_from(p: Parameters) -> str:
+    """Return the light, and the camera above."""
+    reach = p.L_R + p.reach
+    return f"""\
+    <light name="sun" pos="0.6 -0.4 2" dir="-0.15 0.2 -1" type="directional"
+           diffuse="0.5 0.5 0.5" specular="0.2 0.2 0.2"/>
+    <camera name="top" pos="{num(round(0.42 * reach, 2), round(0.38 * reach, 2))} \
+{num(round(1.3 * reach, 2))}"/>"""
+
+
 def looks(p: Parameters) -> str:
     """Return how the arm is seen: centre, light, materials."""
     reach = p.L_R + p.reach
@@ -100,10 +122,7 @@ def worldbody(p: Parameters, beam: str) -> str:
     reach = p.L_R + p.reach
     return f"""
   <worldbody>
-    <light name="sun" pos="0.6 -0.4 2" dir="-0.15 0.2 -1" type="directional"
-           diffuse="0.5 0.5 0.5" specular="0.2 0.2 0.2"/>
-    <camera name="top" pos="{num(round(0.42 * reach, 2), round(0.38 * reach, 2))} \
-{num(round(1.3 * reach, 2))}"/>
+{seen_from(p)}
     <camera name="perspective" pos="{num(round(-0.25 * reach, 2), round(-0.7 * reach, 2))} \
 {num(round(0.75 * reach, 2))}"
             xyaxes="0.84 -0.54 0 0.31 0.48 0.82"/>

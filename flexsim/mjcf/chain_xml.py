@@ -31,6 +31,7 @@ from flexsim.mjcf.arm_xml import (
     num,
     payload,
     sensors,
+    stepping,
     worldbody,
 )
 from flexsim.numerics.step_limits import LONGEST_STEP
@@ -161,13 +162,7 @@ def _header(design: ChainDesign, timestep: float) -> str:
     {chosen}.
     Written by `flexsim chain`. SI units. Numbers in brackets are the paper's equations.
   -->
-  <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
-
-  <!-- The arm moves in a horizontal plane: no gravity, nothing to touch. Diverging runs are for
-       the caller to judge: no automatic reset. RK4 needs timestep * highest frequency < 2.8 -->
-  <option timestep="{num(timestep)}" integrator="RK4">
-    <flag contact="disable" gravity="disable" autoreset="disable"/>
-  </option>"""
+{stepping(timestep)}"""
 
 
 def beam_bodies(

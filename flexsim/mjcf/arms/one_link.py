@@ -16,7 +16,17 @@ from flexsim.arm.chain_design import DESIGNS, SEGMENTS, TUNED, ChainDesign
 from flexsim.arm.locked import LOCKED
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ModelError
-from flexsim.mjcf.arm_xml import HOME, beam_numbers, defaults, document, keyframes, looks, num
+from flexsim.mjcf.arm_xml import (
+    HOME,
+    beam_numbers,
+    defaults,
+    document,
+    keyframes,
+    looks,
+    num,
+    seen_from,
+    stepping,
+)
 from flexsim.mjcf.chain_file import ChainModel
 from flexsim.mjcf.chain_xml import STRIP, beam_bodies, bent_angles, hinge_sensors
 from flexsim.mjcf.designed import designed_chain
@@ -96,25 +106,15 @@ def _header(design: ChainDesign, timestep: float) -> str:
     Written by flexsim chain, arm one-link. SI units. Numbers in brackets are the paper's
     equations for the same quantity; models/README.md has where each number is from.
   -->
-  <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
-
-  <!-- The arm moves in a horizontal plane: no gravity, nothing to touch. Diverging runs are for
-       the caller to judge: no automatic reset. RK4 needs timestep * highest frequency < 2.8 -->
-  <option timestep="{num(timestep)}" integrator="RK4">
-    <flag contact="disable" gravity="disable" autoreset="disable"/>
-  </option>"""
+{stepping(timestep)}"""
 
 
 def _worldbody(
     p: Parameters, design: ChainDesign, bridges: tuple[float, float] | None = None
 ) -> str:
-    reach = p.L_R + p.reach
     return f"""
   <worldbody>
-    <light name="sun" pos="0.6 -0.4 2" dir="-0.15 0.2 -1" type="directional"
-           diffuse="0.5 0.5 0.5" specular="0.2 0.2 0.2"/>
-    <camera name="top" pos="{num(round(0.42 * reach, 2), round(0.38 * reach, 2))} \
-{num(round(1.3 * reach, 2))}"/>
+{seen_from(p)}
     <geom name="table" class="visual" type="plane" size="2 2 0.1" pos="0 0 -0.1"
           material="table"/>
 

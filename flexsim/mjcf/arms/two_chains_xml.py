@@ -22,7 +22,9 @@ from flexsim.mjcf.arm_xml import (
     looks,
     num,
     payload,
+    seen_from,
     sensors,
+    stepping,
 )
 from flexsim.mjcf.chain_xml import STRIP, Piece, beam_pieces, bent_angles
 from flexsim.numerics.step_limits import LONGEST_STEP
@@ -75,18 +77,11 @@ def _header(first: ChainDesign, second: ChainDesign, timestep: float) -> str:
     clamped frequencies are the beam's own, with no load and, closely, under any.
     SI units. The numbers are those of De Luca and Siciliano (1991); models/README.md has each.
   -->
-  <compiler angle="radian" autolimits="true" inertiafromgeom="false"/>
-
-  <!-- The arm moves in a horizontal plane: no gravity, nothing to touch. Diverging runs are for
-       the caller to judge: no automatic reset. RK4 needs timestep * highest frequency < 2.8 -->
-  <option timestep="{num(timestep)}" integrator="RK4">
-    <flag contact="disable" gravity="disable" autoreset="disable"/>
-  </option>"""
+{stepping(timestep)}"""
 
 
 def _worldbody(arm: Arm, first: ChainDesign, second: ChainDesign) -> str:
     p, beam1 = arm.parameters, arm.beam1
-    reach = p.L_R + p.reach
     depth = 2 * (first.segments + 1)  # of indentation within link 1
     hub2 = _hub2(arm, second)
     inner = [" " * depth + line if line else line for line in hub2]
@@ -94,10 +89,7 @@ def _worldbody(arm: Arm, first: ChainDesign, second: ChainDesign) -> str:
     lines = [
         "",
         "  <worldbody>",
-        '    <light name="sun" pos="0.6 -0.4 2" dir="-0.15 0.2 -1" type="directional"',
-        '           diffuse="0.5 0.5 0.5" specular="0.2 0.2 0.2"/>',
-        f'    <camera name="top" pos="{num(round(0.42 * reach, 2), round(0.38 * reach, 2))} '
-        f'{num(round(1.3 * reach, 2))}"/>',
+        seen_from(p),
         '    <geom name="table" class="visual" type="plane" size="2 2 0.1" pos="0 0 -0.1"',
         '          material="table"/>',
         '    <geom name="base" class="motor" size="0.05 0.038" pos="0 0 -0.062"/>',
