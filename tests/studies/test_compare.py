@@ -30,7 +30,7 @@ from studies.core.evidence.holding import exact_numbers
 from studies.core.evidence.repeats import PERTURBATION, medians, perturbed
 from studies.main import main
 
-pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+kernels = pytest.mark.kernels  # run once more under another BLAS kernel
 
 
 TRUE_TIP_SHARE = 0.2  # of the uncompensated envelope: the aim of the shaped references
@@ -67,6 +67,7 @@ def named(name: str, config: CompareConfig = FEW) -> Task:
     return task
 
 
+@kernels
 def test_cases_are_the_papers_three_and_figure_6() -> None:
     every = CompareConfig(controllers=("ours", "ideal", "table2"))
     found = [(task.label, task.trajectory.name, task.setting) for task in tasks(every)]
@@ -84,6 +85,7 @@ def test_cases_are_the_papers_three_and_figure_6() -> None:
     assert tasks(CompareConfig()) == [task for task in tasks(every) if task.group == "ours"]
 
 
+@kernels
 def test_hardware_that_is_named_is_everybodys() -> None:
     every = CompareConfig(controllers=("ours", "table2"), hardware="delayed", hardware_noise=1e-5)
     assert {task.hardware for task in tasks(every)} == {Hardware(1, noise_v=1e-5, seed=1)}
@@ -102,6 +104,7 @@ def test_hardware_that_is_named_is_everybodys() -> None:
         tasks(CompareConfig(controllers=("mine",)))
 
 
+@kernels
 def test_one_of_a_set_is_run_on_every_trajectory() -> None:
     """As in its set, each case once."""
     found = tasks(CompareConfig(controllers=("ideal-circle", "figure-4")))
@@ -216,6 +219,7 @@ def test_a_run_is_said_to_hold_or_not(tuned_otherwise: Path) -> None:
     assert row.holding.growth == own["growth"] != other["growth"]
 
 
+@kernels
 def test_configuration_reaches_the_cases() -> None:
     small = replace(TRAJECTORIES["circle"], half_width=0.05)
     found = tasks(CompareConfig(controllers=BOTH_SETS, circle=small, setting="opposing"))
@@ -228,6 +232,7 @@ def test_configuration_reaches_the_cases() -> None:
     assert plants_of(FEW, "simulink")[0].parameters == Parameters()
 
 
+@kernels
 def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
     rows = comparison.rows
     assert len(rows) == 16
@@ -255,6 +260,7 @@ def test_sixteen_rows_in_pairs(comparison: Comparison) -> None:
         assert second.check.check_inside is True
 
 
+@kernels
 def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
     assert [case.name for case in comparison.cases] == [task.name for task in tasks(FEW)]
     for case in comparison.cases:
@@ -271,6 +277,7 @@ def test_a_case_per_pair_of_rows(comparison: Comparison) -> None:
         assert mujoco.MjModel.from_xml_string(text).nv == 8
 
 
+@kernels
 def test_tables_have_every_row(comparison: Comparison) -> None:
     written, ours, errors, torques, papers, _, holding, none = tables(comparison)
     assert holding.rows == []
@@ -298,6 +305,7 @@ def test_tables_have_every_row(comparison: Comparison) -> None:
         assert growth == "|".join(f"{row.found.growth:+.1f}" for row in pair)
 
 
+@kernels
 def test_envelopes_are_shown_with_their_intervals() -> None:
     """In the digits that these support, in columns by the plants' names."""
     config = CompareConfig(perturbations=7, circle=SHORT, hardware="ideal")
@@ -317,6 +325,7 @@ def test_envelopes_are_shown_with_their_intervals() -> None:
     assert float(cells[2].split()[0]) == pytest.approx(against.ratio, abs=5e-3)
 
 
+@kernels
 def test_holding_is_said_of_every_plant() -> None:
     """By name, with the exact loop's numbers once; both plants run in closed form."""
     config = CompareConfig(perturbations=1, setting="none")
@@ -347,6 +356,7 @@ def test_a_quick_run_leaves_holding_out(compared: QuickRun) -> None:
     assert "holding.csv" not in compared.files
 
 
+@kernels
 def test_cells_are_paired_by_name(comparison: Comparison) -> None:
     """However the rows are ordered, the first plant named is the first of every cell."""
     again = replace(comparison, rows=[comparison.rows[0], *reversed(comparison.rows[1:])])
@@ -362,6 +372,7 @@ def pairs(rows: list[CompareRow]) -> list[tuple[CompareRow, CompareRow]]:
     return list(zip(rows[::2], rows[1::2], strict=True))
 
 
+@kernels
 @pytest.mark.parametrize("name", ["tuned_line", "table2_line"])
 def test_rows_do_not_depend_on_threads(name: str, comparison: Comparison) -> None:
     task = named(name)
@@ -374,6 +385,7 @@ def test_rows_do_not_depend_on_threads(name: str, comparison: Comparison) -> Non
     assert rows == comparison.rows[place : place + 2]
 
 
+@kernels
 def test_the_seed_moves_medians() -> None:
     task = named("tuned_circle")
     plants = plants_of(FEW, task.setting)[:1]
@@ -381,6 +393,7 @@ def test_the_seed_moves_medians() -> None:
     assert first.found.envelope != second.found.envelope
 
 
+@kernels
 def test_perturbations_change_the_fourth_digit() -> None:
     controller = TABLE_2["figure-3"]
     shaken = perturbed(controller, 200, np.random.default_rng(1))
@@ -405,6 +418,7 @@ def _gains_of(joint: Any) -> dict[str, float]:
     return {name: getattr(joint, name) for name in ("k1", "k2", "k3")}
 
 
+@kernels
 @pytest.mark.parametrize("plant", [0, 1])
 def test_an_unstable_controller_is_reported_as_diverged(
     plant: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -431,6 +445,7 @@ def made(plant: str, envelope: float | None, shape: str, ratio: float | None = N
     return CompareRow(*names, medians([run] * 20), None, None, 0.0, against=Against(ratio))
 
 
+@kernels
 def test_verdict_counts_and_compares() -> None:
     given = [(0.010, "line"), (0.012, "line", 1.2), (0.020, "circle"), (None, "circle")]
     plants = ["assumed-modes", "chain:8"] * 2
@@ -446,6 +461,7 @@ def test_verdict_counts_and_compares() -> None:
     assert kept.endswith(verdict(Comparison(rows, [], Robot(), {})))
 
 
+@kernels
 def test_a_check_sample_outside_is_said() -> None:
     rows = [made("assumed-modes", 0.01, "line"), made("chain", 0.01, "line")]
     outside = replace(rows[1], check=Check(20, 0.013, 0.004, 17, False))
@@ -455,6 +471,7 @@ def test_a_check_sample_outside_is_said() -> None:
     assert "17 of 20 beyond them all, median 13.0 mm" in said
 
 
+@kernels
 def test_tip_difference_is_over_what_both_ran() -> None:
     def ran(*tips: tuple[float, float]) -> Batch:
         tip = np.reshape(tips, (1, -1, 2))
@@ -466,6 +483,7 @@ def test_tip_difference_is_over_what_both_ran() -> None:
     assert apart(first, ran(nan, nan, nan)) == []
 
 
+@kernels
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
@@ -540,6 +558,7 @@ def test_same_seed_same_rows_on_one_thread(
         assert {"rms_error", "max_v", "paper_simulation"} <= set(row)
 
 
+@kernels
 @pytest.mark.slow
 def test_references_for_the_true_tip() -> None:
     """A shaped reference takes off four fifths of the envelope, under friction with a dither."""
