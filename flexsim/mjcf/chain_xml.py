@@ -121,6 +121,11 @@ def chain_mjcf(
                 f"a strain bridge is {place:g} m from the clamp, off the beam; give 0 to "
                 f"{parameters.L:g} m"
             )
+    if bridges and bridges[0] == bridges[1]:
+        raise ParameterError(
+            f"both strain bridges are {bridges[0]:g} m from the clamp, where they read the same; "
+            "give two places"
+        )
     straight = num(*HOME, *[0.0] * design.segments)
     bent = [round(angle, 6) for angle in bent_angles(parameters, design)]
     return document(

@@ -195,6 +195,10 @@ def command(config: BeamConfig) -> None:
         RunError: the file cannot be written, or is not for its folder.
     """
     path = path_of(config)
+    if path.resolve() == config.mjcf.resolve():
+        raise ParameterError(
+            f"{path} is the file of --mjcf, which stays as it is; give another --out"
+        )
     require_replaceable(path, force=config.force)
     result = run(config)
     _require_folder(config, result, path)

@@ -126,7 +126,7 @@ def identified(problem: Problem, search: Search, excite: str) -> Identified:
     told = told_by(names, found.jacobian)
     require_told(told, where, excite)
     left = left_over(found.problem, found.z)
-    require_explained(found.problem, found.z, left)
+    require_explained(found.problem, found.z, left, search.method == LEAST_SQUARES)
     spread = spread_of(found.problem.split(found.residuals), _by_record(found), _counted(found))
     own = spread.covariance[: problem.own, : problem.own]
     other = other_of(problem.model.plant)

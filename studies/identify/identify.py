@@ -169,6 +169,10 @@ def run(config: IdentifyConfig, progress: Progress | None = None) -> report.Resu
     check(config)
     if config.starts < 1:
         raise ParameterError(f"starts is {config.starts}; give 1 or more searches")
+    used = {path.resolve() for path in config.logs}
+    for path in config.held_back:
+        if path.resolve() in used:
+            raise ParameterError(f"{path} is held back, and a log to identify from; choose one")
     model = model_of(config)
     require_built(model, config.signals)
     records = read_records(config, config.logs, config.torque)
@@ -233,9 +237,13 @@ def write(folder: Path, config: IdentifyConfig, result: report.Result) -> None:
 def command(config: IdentifyConfig) -> None:
     """Identify, print what was found, and write the run if there is a folder for it."""
     if config.method == "decay":
-        for name, given in (("--free", config.free), ("--out", config.out)):
-            if given is not None:
-                raise ParameterError(f"{name} has no effect with --method decay; leave it out")
+        given = {"--free": config.free, "--out": config.out, "--torque": config.torque or None}
+        for name, value in given.items():
+            if value is not None:
+                raise ParameterError(
+                    f"{name} has no effect with --method decay; leave it out, and say with --begin "
+                    "when the last torque was over"
+                )
         show(config, config.logs, config.json)
         return
     if config.out is not None:

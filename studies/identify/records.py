@@ -29,6 +29,7 @@ SIGNALS = (*NEEDED, *RATES, *STRAINS)
 UNITS = {"theta1": "rad", "theta2": "rad", "v": "m", "w1": "rad/s", "w2": "rad/s"}
 UNITS |= dict.fromkeys(STRAINS, "-")
 LEAST_ROWS = 50
+SLOW = 500.0  # periods between rows, which no vibration survives
 OFF_GRID = 0.05  # of a count, at the most, by the digits of a file
 STILL = 5  # first rows whose mean is the angle at rest
 
@@ -96,7 +97,9 @@ def read_record(
     """
     names = options.columns_of((*TORQUES, *SIGNALS))
     there = set(names_in(path, set(names.values())))
-    wanted = tuple(each for each in SIGNALS if each in NEEDED or names[each] in there)
+    strained = any(names[each] in there for each in STRAINS)
+    needed = ANGLES if strained else NEEDED
+    wanted = tuple(each for each in SIGNALS if each in needed or names[each] in there)
     for each in signals:
         if names.get(each) not in there:
             raise ParameterError(
@@ -119,6 +122,12 @@ def read_record(
     shift = 0.0 if torque is None or log.start == 0.0 else log.start - driven.start
     if torque is None:
         shift = log.start - driven.start
+    apart = float(np.median(np.diff(time))) / options.period if len(time) > 1 else 0.0
+    if apart > SLOW:
+        raise ParameterError(
+            f"{path}: its rows are {apart:.4g} of the loop's periods apart; if its stamps are no "
+            "seconds, say so with --time-unit ms, else give a longer --period"
+        )
     held = driven.resampled(options.period)
     inside = (time + shift >= 0) & (time + shift <= options.period * len(held) * (1 + 1e-9))
     if inside.sum() < LEAST_ROWS:

@@ -31,6 +31,7 @@ START_MOST = (0.05, 0.05, 20.0, 20.0)  # from what the first rows say
 LOST = 1e3  # noises that a residual without a motion counts
 UNEXPLAINED = 0.5  # of a signal that may be left, unless it is noise
 NOISES = 3.0  # of a signal, up to which what is left may be that
+LONGER = "search longer, with more --generations and --population, or by least-squares"
 ALMOST = 0.2  # relative, of a factor that gives a unit away
 
 
@@ -216,8 +217,11 @@ def _left(record: Record, name: str, signal: Array, column: Array) -> Left:
     return Left(record.source, name, rms, relative, first, whiteness(column))
 
 
-def require_explained(problem: Problem, z: Array, left: Sequence[Left]) -> None:
+def require_explained(problem: Problem, z: Array, left: Sequence[Left], ended: bool) -> None:
     """Refuse logs most of whose motion the model leaves, with what it would take.
+
+    Args:
+        ended: whether the search went on until nothing was better.
 
     Raises:
         RunError: a wrong unit, sign or column; torques that are not the log's; another arm.
@@ -234,7 +238,7 @@ def require_explained(problem: Problem, z: Array, left: Sequence[Left]) -> None:
             share = np.nan if ours is None else _share(measured, ours[known, s])
             raise RunError(
                 f"{record.source}: the best numbers leave {100 * row.relative:.3g} % of {name}, "
-                f"which is {share:.3g} times the model's: {_suspect(share)}"
+                f"which is {share:.3g} times the model's: {_suspect(share) if ended else LONGER}"
             )
 
 

@@ -223,5 +223,7 @@ def command(config: DriveConfig) -> None:
     )
     for note in notes:
         print(f"Note: {note}")
+    if config.log == "true" and motion.sensed is not None:
+        print("Note: what bridges and tachometers read is in the file with --log measured alone")
     if not config.built.ideal:
         print(f"Hardware: {config.built.words()}.")

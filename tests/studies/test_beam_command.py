@@ -74,6 +74,7 @@ def test_stations_are_the_beam_that_they_say(robot: Path, tmp_path: Path) -> Non
         (["--parent", "hub", *NUMBERS, "--zeta", "0", "--damping", "0"], "contradict each other"),
         (["--parent", "hub", *NUMBERS, "--prefix", "a b"], "prefix is 'a b'"),
         (["--parent", "hub", *NUMBERS, "--out", "beam.txt"], "ends in .xml"),
+        (["--parent", "hub", *NUMBERS, "--out", "./robot.xml", "--force"], "is the file of --mjcf"),
         (["--parent", "hub", *NUMBERS, "--stations", "s.csv"], "contradict each other"),
         (["--parent", "hub", "--stations", "none.csv"], "none.csv: cannot read"),
         (["--parent", "hub", "--stations", "bad.csv"], "line 3 has 'x' for EI; give a number"),

@@ -75,6 +75,10 @@ def test_chain_writes_sites_that_drive_reads(tmp_path: Path, torque: list[str]) 
         (["estimator=kalman:99"], "give kalman:n with 1 to 8 modes"),
         (["estimator=two-bridges", "bridge_places=0.1,0.9"], "0.9 m from the clamp, off the beam"),
         (["estimator=two-bridges", "bridge_places=0.1"], "tell two modes not apart"),
+        (["bridge_gain=0.1"], "has no effect without bridges or estimator"),
+        (["tachometer_noise=1"], "has no effect without tachometers"),
+        (["motor_inertia=0.01"], "has no effect without shaft"),
+        (["warming=5"], "has no effect without cold or warm"),
     ],
 )
 def test_bad_sensors_are_one_line_and_leave_nothing(

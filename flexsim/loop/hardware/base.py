@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from typing import Any
 
@@ -250,4 +250,35 @@ def overridden(
     changes: dict[str, Any] = {name: x for name, x in given.items() if x is not None}
     base = named(hardware)
     parts = given_parts(hardware_with, (base.sensing, base.effects))
+    for text in hardware_with:
+        _require_effect(text, parts)
     return replace(base, seed=seed, sensing=parts[0], effects=parts[1], **changes)
+
+
+SENSED = ("bridges", "estimator")
+BRIDGE_NUMBERS = ("places", "shift", "distance", "gain", "offset", "drift", "noise", "filter")
+ONLY_WITH: dict[str, tuple[str, ...]] = {  # numbers of what is off unless one of these is given
+    **{f"bridge_{name}": SENSED for name in BRIDGE_NUMBERS},
+    **dict.fromkeys(("kalman_pose", "kalman_torque"), ("estimator",)),
+    **dict.fromkeys(("tachometer_gain", "tachometer_noise"), ("tachometers",)),
+    "ripple_periods": ("ripple",),
+    "cogging_periods": ("cogging",),
+    "warming": ("cold", "warm"),
+    **dict.fromkeys(("pose_periods", "pose_phase"), ("pose",)),
+    **dict.fromkeys(("shaft_damping", "motor_inertia", "encoder"), ("shaft",)),
+}
+
+
+def _require_effect(text: str, parts: tuple[Any, ...]) -> None:
+    """Refuse a number, given as NAME=VALUE, of something that is off."""
+    name = text.partition("=")[0].strip()
+    needed = ONLY_WITH.get(name, ())
+    off = {item.name: item.default for part in parts for item in fields(part)}
+    is_now = {item.name: getattr(part, item.name) for part in parts for item in fields(part)}
+    if is_now[name] == off[name] or not needed:
+        return
+    if all(is_now[each] == off[each] for each in needed):
+        raise ParameterError(
+            f"--hardware-with {text} has no effect without {' or '.join(needed)}; give that, too, "
+            f"or leave {name} out"
+        )

@@ -42,7 +42,9 @@ class Sensing:
         (1.0, 1.0), "-", "turns of an encoder per turn of its joint", above=True
     )
     estimator: str = word("exact", ESTIMATORS, "what makes v of the strains")
-    bridges: str = word("off", SWITCH, "whether strain bridges are read where v is exact, for logs")
+    bridges: str = word(
+        "off", SWITCH, "whether bridges are read where v is exact, for drive --log measured"
+    )
     bridge_places: tuple[float, float] = part(
         (0.025, 0.25),
         "m",
@@ -88,7 +90,9 @@ class Sensing:
         low=0.0,
         above=True,
     )
-    tachometers: str = word("off", SWITCH, "whether the joints' rates are read, for logs")
+    tachometers: str = word(
+        "off", SWITCH, "whether the joints' rates are read, for drive --log measured"
+    )
     tachometer_gain: tuple[float, float] = part(
         (0.0, 0.0), "-", "relative error of a tachometer's gain", low=-1.0
     )

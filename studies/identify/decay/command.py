@@ -68,7 +68,8 @@ COLUMNS = (
 
 
 def analysed(config: DecayOptions, logs: Sequence[Path]) -> tuple[Decay, list[ModeRow], float, str]:
-    """Return the decay of a log's signal, its rows, when it begins [s], and the log.
+    """Return the decay of a log's signal, its rows, when it begins [s], and which it is
+    in words.
 
     Raises:
         ParameterError: a signal, number of modes or beginning that there is not.
@@ -91,12 +92,11 @@ def analysed(config: DecayOptions, logs: Sequence[Path]) -> tuple[Decay, list[Mo
     log = read_log(path, own, wanted)
     period = log.interval or config.period
     rows = log.resampled(period)
-    first = 0.0
+    over = 0.0
     if driven:
         pushed = np.flatnonzero(np.any(rows[:, 1:] != 0.0, axis=1))
-        first = period * (pushed[-1] + 1) if len(pushed) else 0.0
-    if config.begin is not None:
-        first = config.begin
+        over = period * (pushed[-1] + 1) if len(pushed) else 0.0
+    first = over if config.begin is None else config.begin
     if not 0 <= first < period * len(rows):
         raise ParameterError(
             f"the decay would begin at {first:.4g} s of {period * len(rows):.4g} s; give another "
@@ -104,7 +104,8 @@ def analysed(config: DecayOptions, logs: Sequence[Path]) -> tuple[Decay, list[Mo
         )
     signal = rows[round(first / period) :, 0]
     found = decay(signal, period, config.modes)
-    return found, _rows(config, found), first, str(path)
+    words = f"from {first:.4g} s" + (f", torques until {over:.4g} s" if over > first else "")
+    return found, _rows(config, found), first, f"{spelled(path)} {words}"
 
 
 def _rows(config: DecayOptions, found: Decay) -> list[ModeRow]:
@@ -145,6 +146,6 @@ def show(config: DecayOptions, logs: Sequence[Path], json: bool) -> None:
         about = {"signal": config.signal, "begin": first, "left": found.left}
         print(to_json({"estimates": estimates, "rows": list(map(asdict, rows)), **about}))
         return
-    title = f"Free decay of {config.signal} in {spelled(source)} from {first:.4g} s"
+    title = f"Free decay of {config.signal} in {source}"
     note = f"what the modes leave: {100 * found.left:.3g} % of the signal; +-: 95 %"
     show_tables([Table(rows, COLUMNS, title, note)], console())

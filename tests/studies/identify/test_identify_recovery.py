@@ -227,12 +227,15 @@ def test_the_genetic_algorithm_comes_near(files: Path, capsys: pytest.CaptureFix
         (("--free", "EI", "--signals", "strain1"), "has no column 'strain1'"),
         (("--free", "EI", "--plant", "glass"), "plant 'glass' is unknown"),
         (("--free", "EI", "--starts", "0"), "starts is 0"),
+        (("--free", "EI", "--held-back", "LOG"), "is held back, and a log to identify from"),
+        (("--method", "decay"), "--torque has no effect with --method decay"),
     ],
 )
 def test_mistakes_are_one_line(
     files: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
 ) -> None:
-    assert identify(files, *words) == 2
+    log = str(files / "log.csv")
+    assert identify(files, *(log if each == "LOG" else each for each in words)) == 2
     complaint = capsys.readouterr().err
     assert complaint.count("\n") == 1 and said in complaint
 
@@ -240,6 +243,7 @@ def test_mistakes_are_one_line(
 @pytest.mark.parametrize(
     ("column", "factor", "said"),
     [
+        (0, 1000.0, "say so with --time-unit ms"),
         (5, 1000.0, "it seems to be in mm; give m"),
         (3, 180 / np.pi, "it seems to be in degrees; give rad"),
         (3, -1.0, "its sign seems to be the other one; turn it"),
@@ -263,6 +267,20 @@ def test_logs_in_other_units_are_refused(
     complaint = capsys.readouterr().err
     assert complaint.count("\n") == 1 and said in complaint
     assert not out.exists()
+
+
+def test_a_decay_says_that_torques_still_act(
+    files: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = np.genfromtxt(files / "log.csv", delimiter=",", names=True)
+    tau1 = np.where(log["t"] < 0.4, 0.1, 0.0)
+    table = np.column_stack([log["t"], tau1, 0 * tau1, log["v"]])
+    driven = tmp_path / "driven.csv"
+    np.savetxt(driven, table, delimiter=",", header="t,tau1,tau2,v", comments="", fmt="%.12g")
+    for begin, words in (((), "from 0.4 s"), (("--begin", "0.2"), "torques until 0.4 s")):
+        assert main(["identify", str(driven), "--method", "decay", *begin]) == 0
+        shown = " ".join(capsys.readouterr().out.split())
+        assert words in shown and ("torques until" in shown) == bool(begin)
 
 
 def test_rows_without_torques_are_counted(
