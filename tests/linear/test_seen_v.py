@@ -42,6 +42,11 @@ def loop_of(plant: Plant, hardware: Hardware) -> Any:
 
 
 @pytest.mark.parametrize("name", BUILT)
+@pytest.mark.parametrize(
+    "plant",
+    ["assumed-modes", pytest.param("chain", marks=pytest.mark.slow)],  # a loop more to compile
+    indirect=True,
+)
 def test_growth_is_the_simulations(name: str, plant: Plant) -> None:
     loop, options = loop_of(plant, BUILT[name])
     found = simulated_growth(plant, loop, options)
