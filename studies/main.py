@@ -50,6 +50,9 @@ def unboxed(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
     import re
 
+    missing = re.findall(r"(?m)^\W? {2,6}(--\S+(?: [A-Z|{}:.]+)*)", message)
+    if "Missing from" in message and missing:  # whose help texts follow, indented more
+        return f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
     text = re.split(r"Argument helptext|For full helptext", message)[0]
     text = re.sub(r"(?s)no type matching .*<class '\w+'>: ", "", text)  # one of several types
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule

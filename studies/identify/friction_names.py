@@ -77,6 +77,11 @@ def unit_of(name: str, chosen: Setting) -> str:
     return "N m s/rad" if resists else place.unit
 
 
+def is_there(name: str, chosen: Setting) -> bool:
+    """Return whether the setting's law has a number."""
+    return chosen.friction.law in FRICTION[name].laws
+
+
 def require_there(name: str, chosen: Setting) -> None:
     """Refuse a number that the setting's law does not have.
 
@@ -84,7 +89,7 @@ def require_there(name: str, chosen: Setting) -> None:
         ParameterError: names the settings that would do.
     """
     laws = FRICTION[name].laws
-    if chosen.friction.law not in laws:
+    if not is_there(name, chosen):
         raise ParameterError(
             f"--free {name}: setting {chosen.name} has no such number; give --setting "
             f"{' or '.join(laws)}, or leave it out"

@@ -29,6 +29,7 @@ from studies.identify.friction_names import (
     SCALES,
     both_joints,
     friction_number,
+    is_there,
     require_there,
     unit_of,
     with_friction,
@@ -132,7 +133,8 @@ def _free(name: str, robot: Robot, chosen: Setting) -> Free:
         hint = f", perhaps {known[near[0]]}" if near else ""
         why = "; lengths are measured, not identified" if name in LENGTHS else hint
         raise ParameterError(
-            f"--free {name}: there is no such number{why}; choose of {', '.join(known_names())}"
+            f"--free {name}: there is no such number{why}; of setting {chosen.name} choose of "
+            f"{', '.join(each for each in known_names() if _there(each, chosen))}"
         )
     if name in OUTPUTS:
         unit, nominal = OUTPUTS[name]
@@ -147,6 +149,10 @@ def _free(name: str, robot: Robot, chosen: Setting) -> Free:
         )
     unit = next(item.metadata["unit"] for item in fields(Parameters) if item.name == name)
     return _searched(name, getattr(chosen.applied(robot.parameters), name), unit)
+
+
+def _there(name: str, chosen: Setting) -> bool:
+    return name not in FRICTION or is_there(name, chosen)
 
 
 def _of_friction(name: str, nominal: float, unit: str) -> Free:

@@ -37,6 +37,18 @@ from flexsim.numerics.noise import SEED_MOST
 
 COUNTS_MOST = 2**53  # per turn: a double's own digits, beyond any encoder
 DELAY_MOST = 100  # samples, a tenth of a second at 1 kHz; the linear loop has two states for each
+SENSED = ("bridges", "estimator")
+BRIDGE_NUMBERS = ("places", "shift", "distance", "gain", "offset", "drift", "noise", "filter")
+ONLY_WITH: dict[str, tuple[str, ...]] = {  # numbers of what is off unless one of these is given
+    **{f"bridge_{name}": SENSED for name in BRIDGE_NUMBERS},
+    **dict.fromkeys(("kalman_pose", "kalman_torque"), ("estimator",)),
+    **dict.fromkeys(("tachometer_gain", "tachometer_noise"), ("tachometers",)),
+    "ripple_periods": ("ripple",),
+    "cogging_periods": ("cogging",),
+    "warming": ("cold", "warm"),
+    **dict.fromkeys(("pose_periods", "pose_phase"), ("pose",)),
+    **dict.fromkeys(("shaft_damping", "motor_inertia", "encoder"), ("shaft",)),
+}
 
 
 def _whole(number: object) -> bool:
@@ -253,20 +265,6 @@ def overridden(
     for text in hardware_with:
         _require_effect(text, parts)
     return replace(base, seed=seed, sensing=parts[0], effects=parts[1], **changes)
-
-
-SENSED = ("bridges", "estimator")
-BRIDGE_NUMBERS = ("places", "shift", "distance", "gain", "offset", "drift", "noise", "filter")
-ONLY_WITH: dict[str, tuple[str, ...]] = {  # numbers of what is off unless one of these is given
-    **{f"bridge_{name}": SENSED for name in BRIDGE_NUMBERS},
-    **dict.fromkeys(("kalman_pose", "kalman_torque"), ("estimator",)),
-    **dict.fromkeys(("tachometer_gain", "tachometer_noise"), ("tachometers",)),
-    "ripple_periods": ("ripple",),
-    "cogging_periods": ("cogging",),
-    "warming": ("cold", "warm"),
-    **dict.fromkeys(("pose_periods", "pose_phase"), ("pose",)),
-    **dict.fromkeys(("shaft_damping", "motor_inertia", "encoder"), ("shaft",)),
-}
 
 
 def _require_effect(text: str, parts: tuple[Any, ...]) -> None:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numba.extending import overload
 
+from flexsim.errors import ParameterError
 from flexsim.loop.hardware.estimators import (
     ANGLE_LEAST,
     COMMANDS,
@@ -105,6 +106,17 @@ def places_of(hardware: Hardware, plant: Plant) -> tuple[float, float]:
     return sites if sites is not None and given == usual else given
 
 
+def _require_on_beam(places: tuple[float, float], true: Array, L: float) -> None:
+    """Refuse bridges that their shifts take off the beam."""
+    for i, (place, at) in enumerate(zip(places, true, strict=True)):
+        if 0 <= place <= L and not 0 <= at <= L:
+            raise ParameterError(
+                f"strain bridge {i + 1}, {place:g} m from the clamp, is off the beam by its "
+                f"bridge_shift of {at - place:g} m; give places and shifts whose sums are "
+                f"0 to {L:g} m"
+            )
+
+
 def bridge_numbers(hardware: Hardware, plant: Plant, period: float) -> BridgeNumbers:
     """Return what compiled loops read of a plant's bridges and tachometers.
 
@@ -121,6 +133,7 @@ def bridge_numbers(hardware: Hardware, plant: Plant, period: float) -> BridgeNum
     if s.strained:
         places = places_of(hardware, plant)
         true = np.add(places, s.bridge_shift)
+        _require_on_beam(places, true, plant.parameters.L)
         gained = s.bridge_distance * (1.0 + np.array(s.bridge_gain))
         rows = shortened((gained[:, None] * plant.curvature_rows(true)).ravel())
     if s.kalman_modes:
