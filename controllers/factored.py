@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy  # its signal package, half a second, is loaded where it is used
 from numpy.typing import NDArray
-from scipy import signal
 
 from controllers.errors import ControllerError
 from controllers.sections import Cascade, Sections
@@ -97,7 +97,7 @@ def _taken_apart(b: Array, a: Array) -> list[Filter] | None:
         return None
     delay = int(np.argmax(b != 0.0))  # leading zeros: samples that everything is late by
     zeros, poles = (np.roots(each) for each in (b[delay:], a))
-    rows = signal.zpk2sos(zeros, poles, b[delay])  # (k, 6), the gain in the first
+    rows = scipy.signal.zpk2sos(zeros, poles, b[delay])  # (k, 6), the gain in the first
     sections = [normalised(row[:3], row[3:]) for row in rows]
     if delay:
         sections.append((np.eye(1, delay + 1, delay)[0], np.ones(1)))
@@ -111,8 +111,8 @@ def _error(sections: list[Filter], whole: Filter) -> float:
     response: NDArray[np.complex128] = np.ones(omega.size, dtype=np.complex128)
     with np.errstate(all="ignore"):
         for b, a in sections:
-            response = response * signal.freqz(b, a, omega)[1]
-        wanted = signal.freqz(*whole, omega)[1]
+            response = response * scipy.signal.freqz(b, a, omega)[1]
+        wanted = scipy.signal.freqz(*whole, omega)[1]
         error = np.abs(response - wanted) / np.abs(wanted)
     return float(error.max()) if np.isfinite(error).all() else np.inf
 

@@ -12,7 +12,7 @@ import math
 from functools import reduce
 
 import numpy as np
-from scipy import signal
+import scipy  # its signal package, half a second, is loaded where it is used
 
 from controllers.errors import (
     ControllerError,
@@ -136,10 +136,10 @@ def _band(low: float | None, high: float | None, T: float) -> tuple[float, float
 
 def _fractional_part(f: float, T: float, n: int, low: float, high: float) -> Filter:
     zeros, poles = (-each for each in _corners(f, n, low, high))
-    digital = signal.bilinear_zpk(zeros, poles, high**f, 1.0 / T)
+    digital = scipy.signal.bilinear_zpk(zeros, poles, high**f, 1.0 / T)
     b, a = digital[2] * _from_roots(digital[0]), _from_roots(digital[1])
     edges = np.array([low, high]) * T
-    exact, rounded = signal.freqz_zpk(*digital, edges)[1], signal.freqz(b, a, edges)[1]
+    exact, rounded = scipy.signal.freqz_zpk(*digital, edges)[1], scipy.signal.freqz(b, a, edges)[1]
     if not np.allclose(rounded, exact, rtol=ROUNDING, atol=0.0):
         raise ControllerError(
             f"terms = {n} are too many for a band from {low:g} to {high:g} rad/s at a period "

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
+import scipy  # its signal package, half a second, is loaded where it is used
 
 from controllers.errors import ControllerError, check_finite, check_order, check_positive
 from controllers.operators import operator
@@ -226,8 +226,8 @@ def parallel(first: Filter, second: Filter) -> Filter:
     if np.array_equal(a1, a2):
         return _add(b1, b2), a1
     b, a = _add(convolve(b1, a2), convolve(b2, a1)), convolve(a1, a2)
-    part1, part2 = signal.freqz(b1, a1, PROBES)[1], signal.freqz(b2, a2, PROBES)[1]
-    error = np.abs(signal.freqz(b, a, PROBES)[1] - part1 - part2)
+    part1, part2 = scipy.signal.freqz(b1, a1, PROBES)[1], scipy.signal.freqz(b2, a2, PROBES)[1]
+    error = np.abs(scipy.signal.freqz(b, a, PROBES)[1] - part1 - part2)
     if (error > ROUNDING * (np.abs(part1) + np.abs(part2))).any():
         raise ControllerError(
             f"two filters of {a1.size - 1} and {a2.size - 1} poles cannot be written as one "

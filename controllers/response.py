@@ -8,8 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its signal package, half a second, is loaded where it is used
 from numpy.typing import ArrayLike, NDArray
-from scipy import signal
 
 from controllers.errors import ControllerError, check_finite, check_order, check_positive
 from controllers.series import Array
@@ -48,7 +48,7 @@ def frequency_response(
     """
     T = check_positive("period", period)
     with np.errstate(divide="ignore", invalid="ignore"):
-        _, response = signal.freqz(b, a, worN=np.atleast_1d(np.asarray(omega, float)) * T)
+        _, response = scipy.signal.freqz(b, a, worN=np.atleast_1d(np.asarray(omega, float)) * T)
     return np.asarray(response, dtype=np.complex128)
 
 

@@ -18,6 +18,17 @@ ROOMS = (
         "reconstruct",
     ),
     *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory"),
-    *("report", "view", "watch", "play", "tools", "beam", "identify", "experiment", "animate"),
+    *(
+        "report",
+        "view",
+        "watch",
+        "play",
+        "tools",
+        "beam",
+        "identify",
+        "experiment",
+        "animate",
+        "arena",
+    ),
     *("commands", "shell", "main"),
 )

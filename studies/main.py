@@ -50,14 +50,20 @@ def unboxed(message: str) -> str:
     """Return a boxed, many-line message as one line, without its title and its help text."""
     import re
 
-    missing = re.findall(r"(?m)^\W? {2,6}(--\S+(?: [A-Z|{}:.]+)*)", message)
-    if "Missing from" in message and missing:  # whose help texts follow, indented more
-        return f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
     text = re.split(r"Argument helptext|For full helptext", message)[0]
+    text = re.sub(r"(?s)Missing from.*?(?=[─-]{9}|\Z)", _missing, text)
     text = re.sub(r"(?s)no type matching .*<class '\w+'>: ", "", text)  # one of several types
     text = re.sub(r"╭.*╮|\A.*\n *-{9,} *\n", " ", text)  # the title: in a box, or over a rule
     line = " ".join(re.sub(r"[╰╯│─]+|-{9,}", " ", text).split())
-    return re.sub(NEVER_TYPED, "", line)
+    return re.sub(NEVER_TYPED, "", line).removesuffix(";")
+
+
+def _missing(found: Any) -> str:
+    """Return which options are missing, of a list with their help texts, indented more."""
+    import re
+
+    names = re.findall(r"(?m)^\W? {2,6}(--\S+(?: [A-Z|{}:.]+)*)", found[0])
+    return f"{' and '.join(names)} {'is' if len(names) == 1 else 'are'} missing; "
 
 
 def _printed(text: str) -> int:

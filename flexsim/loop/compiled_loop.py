@@ -1,6 +1,6 @@
 """The closed loop, compiled: reference, measurement, filters, friction and plant, for populations.
 
-One function, `run_population`, serves every plant and every controller: a controller is what
+One function, `run_some`, serves every plant and every controller: a controller is what
 `flexsim.loop.control.compiled` runs, a plant two compiled functions (`flexsim.plants.dispatch`).
 Individuals run on separate threads; each is computed alike whatever the number of threads, and each
 may have a plant, friction, hardware and reference of its own (`flexsim.loop.populations`).
@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from flexsim.loop.control.compiled import Controllers, control_sample
@@ -45,12 +44,11 @@ from flexsim.loop.measuring import (
     settle,
 )
 from flexsim.loop.stacked import nth
-from flexsim.numerics.jit import jit, jit_parallel
+from flexsim.numerics.jit import jit, jit_apart
 from flexsim.numerics.types import Array
 from flexsim.plants.dispatch import elbow, physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
-get_thread_id = numba.get_thread_id  # type: ignore[attr-defined]
 APART = SUMS + 13  # numbers of a run's own sums: 256 bytes, lines of the cache for themselves
 TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
 RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
@@ -229,8 +227,11 @@ def run_one(  # type: ignore[no-untyped-def]
     return index, np.nan
 
 
-@jit_parallel
-def run_all(  # type: ignore[no-untyped-def]
+@jit_apart
+def run_some(  # type: ignore[no-untyped-def]
+    first,
+    last,
+    slot,
     plants,
     plant_first,
     frictions,
@@ -260,14 +261,15 @@ def run_all(  # type: ignore[no-untyped-def]
     seen,
     sensed,
 ):
-    """Fill the outcome arrays, one individual per iteration of the threaded loop.
+    """Fill rows first to last, the latter not among them, of the outcome arrays.
 
     Args:
+        slot: which of a plant's places for threads these runs have to themselves.
         plants, plant_first, ...: stacked, see `flexsim.loop.stacked`; starts: (S, 2 m).
         which: (P, 7) each run's plant, friction, hardware, loop, yardstick, start and bridges.
         numbers: (P,) of the runs, for their noise.
     """
-    for i in numba.prange(which.shape[0]):
+    for i in range(first, last):
         plant = nth(plants, plant_first, which[i, 0])
         friction = nth(frictions, friction_first, which[i, 1])
         hardware = nth(hardwares, hardware_first, which[i, 2])
@@ -279,14 +281,14 @@ def run_all(  # type: ignore[no-untyped-def]
         own = np.zeros(APART)  # written at every sample: rows of `sums` would share cache lines
         index[i], diverged[i] = run_one(
             plant,
-            get_thread_id(),
+            slot,
             friction,
             hardware,
             effect,
             bridge,
             loop,
             controllers,
-            np.int64(i),  # unsigned in threads alone: numba would compile run_one for both
+            i,
             numbers[i],
             starts[which[i, 5]].copy(),
             stride,

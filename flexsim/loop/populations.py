@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
-from flexsim.loop.compiled_loop import Loop, Outcome, run_all
+from flexsim.loop.compiled_loop import Loop, Outcome, run_some
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import LUGRE, FrictionNumbers
 from flexsim.loop.hardware import (
@@ -31,6 +31,7 @@ from flexsim.loop.hardware import (
 )
 from flexsim.loop.measuring import NO_YARDSTICK, SUMS, Yardstick
 from flexsim.loop.stacked import indexed, stacked
+from flexsim.loop.threads import in_threads
 from flexsim.numerics.types import Array
 
 THREADS_MOST = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
@@ -92,15 +93,14 @@ def run_each(
         which: (P,) on which of them each run happens. numbers: (P,) of the runs, for their noise.
         controllers: P of them.
         stride: record every stride-th sample; 0 records nothing.
-        threads: number of threads; None for all that numba has.
+        threads: number of threads; None for as many as there are cores.
 
     Raises:
         ParameterError: stride or threads are out of range, or plants are of different kinds.
     """
     if stride < 0:
         raise ParameterError(f"stride is {stride}; give 1 or more, or 0 to record nothing")
-    available = numba.get_num_threads()
-    wanted = available if threads is None else threads
+    wanted = THREADS_MOST if threads is None else threads
     if not 1 <= wanted <= THREADS_MOST:
         raise ParameterError(f"threads is {threads}; give 1 to {THREADS_MOST}")
     plants, of_plant = indexed([each.plant for each in stages])
@@ -127,27 +127,26 @@ def run_each(
     effects = leanest_effects(own, bristles)
     samples = max(len(loop.tip) for loop in loops)
     outcome = _room(len(which), samples, len(starts[0]), stride, any(len(y.points) for y in yards))
-    numba.set_num_threads(wanted)
-    try:
-        with ExitStack() as held, numba.parallel_chunksize(1):
-            running = [held.enter_context(plant.running(THREADS_MOST)) for plant in plants]
-            run_all(
-                *stacked(running),
-                *stacked(frictions),
-                *stacked([h.numbers(period, substeps) for h, period, substeps in hardwares]),
-                *stacked(effects),
-                *stacked(leanest_bridges(sensors)),
-                *stacked(loops),
-                *stacked(yards),
-                starts,
-                of_stage[which],
-                np.asarray(numbers, dtype=np.int64),
-                controllers,
-                stride,
-                *outcome,
-            )
-    finally:
-        numba.set_num_threads(available)
+    with ExitStack() as held:
+        running = [held.enter_context(plant.running(wanted)) for plant in plants]
+        fixed = (
+            *stacked(running),
+            *stacked(frictions),
+            *stacked([h.numbers(period, substeps) for h, period, substeps in hardwares]),
+            *stacked(effects),
+            *stacked(leanest_bridges(sensors)),
+            *stacked(loops),
+            *stacked(yards),
+            starts,
+            of_stage[which],
+            np.asarray(numbers, dtype=np.int64),
+            controllers,
+            stride,
+            *outcome,
+        )
+        in_threads(
+            lambda first, last, slot: run_some(first, last, slot, *fixed), len(which), wanted
+        )
     return outcome
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -37,7 +36,7 @@ from flexsim.loop.hardware import (
 from flexsim.loop.measuring import NO_YARDSTICK, Yardstick, figure_columns, figures, yardstick
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.motion import Motion
-from flexsim.loop.populations import Stage, run_population
+from flexsim.loop.populations import THREADS_MOST, Stage, run_population
 from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.clocks import PERIOD, whole_substeps
@@ -372,4 +371,4 @@ def _with_last(rows: Array) -> Array:
 
 def thread_count() -> int:
     """Return how many threads a population runs on unless told otherwise."""
-    return int(numba.get_num_threads())
+    return int(THREADS_MOST)

@@ -132,8 +132,3 @@ def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
     For what takes longer than a call, and would make its users slow to compile.
     """
     return numba.njit(cache=CACHED, error_model="numpy", nogil=True)(function)
-
-
-def jit_parallel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function compiled as `jit`, its `prange` loops over threads."""
-    return numba.njit(cache=CACHED, error_model="numpy", nogil=True, parallel=True)(function)

@@ -109,11 +109,11 @@ def shaped_reference(
     first = int(np.searchsorted(motion.time, -(extra + 0.5) * period))
     if filters is not None:
         law = friction or Friction("none")
-        rates = _rates(motion.q[:, :2], period)[0]
+        turning = rates(motion.q[:, :2], period)[0]
         if dither:
-            torque = dithered_torque(law, motion.torque, rates, period, first)
+            torque = dithered_torque(law, motion.torque, turning, period, first)
         else:
-            torque = motor_torque(law, motion.torque, rates)
+            torque = motor_torque(law, motion.torque, turning)
         joint += errors_for(filters, torque)
     count = extra + len(reference.time)
     tip = np.pad(reference.tip, ((extra, 0), (0, 0)), mode="edge")
@@ -139,7 +139,7 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
     change = math.inf
     for _ in range(ITERATIONS):
         q = _on_path(plant, reference, tip, bend)
-        force = plant.needed_force(q, *_rates(q, h))
+        force = plant.needed_force(q, *rates(q, h))
         step = _filtered(inverse, -force[:, 2:])
         bend = bend + step
         change = float(np.abs(product(step, linear.tip[2:])).max())
@@ -151,7 +151,7 @@ def true_tip_motion(reference: Reference, plant: Plant, rest: float = REST) -> T
             "trajectory is too fast for this beam; give it more time"
         )
     q = _on_path(plant, reference, tip, bend)
-    torque: Array = plant.needed_force(q, *_rates(q, h))[:, :2] / np.diag(linear.S[:2])
+    torque: Array = plant.needed_force(q, *rates(q, h))[:, :2] / np.diag(linear.S[:2])
     time: Array = h * (np.arange(len(q), dtype=float) - pad)
     return TrueTipMotion(time, q, plant.deflection(q)[1], torque, change)
 
@@ -178,7 +178,7 @@ def _on_path(plant: Plant, reference: Reference, tip: Array, bend: Array) -> Arr
     return q
 
 
-def _rates(q: Array, h: float) -> tuple[Array, Array]:
+def rates(q: Array, h: float) -> tuple[Array, Array]:
     """Return first and second central differences (K, m) of positions at rest at both ends."""
     ends = np.pad(q, ((1, 1), (0, 0)), mode="edge")
     return (ends[2:] - ends[:-2]) / (2 * h), (ends[2:] - 2 * q + ends[:-2]) / h**2
@@ -207,7 +207,7 @@ def _held(linear: LinearPlant, reach: float) -> tuple[Array, Array, Array]:
 def _inverse_response(linear: LinearPlant, plant: Plant, samples: int, h: float) -> Spectrum:
     """Return the beam's response (F, n, n) to forces, tip held, at the FFT's frequencies.
 
-    Derivatives are those of `_rates`, so that the iteration ends at rounding.
+    Derivatives are those of `rates`, so that the iteration ends at rounding.
     """
     reach = plant.parameters.reach
     zeros = tip_zeros(linear, reach)

@@ -20,6 +20,7 @@ import numpy as np
 from flexsim.arm.arms import Arm, FirstLink
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
+from flexsim.linear.pushed import pushed
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.friction import Friction
 from flexsim.loop.hardware import Hardware, JointEffects, Sensing
@@ -35,6 +36,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.robot import Robot
+from flexsim.shaping.aids import PLAIN, aided, pulsed
 from studies.spec.designs import Design, design_of
 from studies.spec.matrix import Combo, Matrix, Run
 from studies.spec.parts import NUMBERS, PARTS
@@ -45,6 +47,7 @@ from studies.spec.resolving import PlacedError, Resolved, at
 SAMPLES_MOST = 10_000_000  # of a reference: some gigabytes
 PERTURBED_MOST = 0.1
 KEPT = 1024  # of each kind; a batch of more different ones builds some twice
+AID_MODEL = "assumed-modes:5"  # of the first robot: what a reference's help knows
 FREE = ("period", "perturbation")  # numbers outside of the lists that may be varied
 USUAL = Parameters()
 Made = TypeVar("Made")
@@ -229,10 +232,17 @@ class Workshop:
     def measured(
         self, combo: Combo, parameters: Parameters, values: tuple[float, ...]
     ) -> tuple[Key, Measured]:
-        """Return the reference of a robot's lengths, and the key that it is known by."""
+        """Return the reference of a robot's lengths, and the key that it is known by.
+
+        What helps it (`flexsim.shaping.aids`) is told of the first robot, as the file has it.
+        """
         of_path, path = self.path(combo.trajectory, values)
         period = self.period(values)
-        key = (*of_path, parameters.L_R, parameters.r, parameters.L, period)
+        part = self._part("trajectories", combo.trajectory, values)[1]
+        of_setting, chosen = self.setting(combo, values)
+        v_gain = self._part("controllers", combo.controller, values)[1].v_gain
+        told = () if part.aid == PLAIN else (v_gain, *of_setting)
+        key = (*of_path, parameters.L_R, parameters.r, parameters.L, period, *told)
 
         def make() -> Measured:
             with self.within("trajectories", combo.trajectory):
@@ -242,6 +252,11 @@ class Workshop:
                         f"{period:g} s; give a shorter one, or a longer period"
                     )
                 ref = reference(path, parameters, period)
+                if part.aid != PLAIN:
+                    model = self.robot(0, self.nominal)[1].plant(AID_MODEL, chosen)
+                    ref = aided(ref, model, part.aid, v_gain)
+                if any(part.pulse):
+                    ref = pulsed(ref, part.pulse, part.pulse_span)
                 return Measured(ref, yardstick(ref, path.hold), path.hold)
 
         return key, self._once("measured", key, make)
@@ -306,6 +321,9 @@ class Workshop:
             (*of_path, len(plant.rest_state(np.zeros(2)))),
             lambda: plant.rest_state(measured.reference.joint[0]),
         )
+        push = self._part("trajectories", combo.trajectory, values)[1].push
+        if push:  # what it leaves behind depends on all that moves
+            start = pushed(plant, measured.reference.joint[0], push)
         friction = self.friction(of_setting, chosen)
         return Stage(plant, friction, loop, start, chosen.hardware, measured.yard)
 

@@ -19,6 +19,7 @@ from flexsim.loop.hardware import JointEffects, Sensing
 from flexsim.loop.metrics import WEIGHTS
 from flexsim.loop.settings import V_GAIN
 from flexsim.numerics.clocks import PERIOD
+from flexsim.shaping.aids import PLAIN
 from studies.core.evidence.repeats import PERTURBATION
 from studies.tuning.individuals import TERMS_MOST
 
@@ -200,10 +201,15 @@ class TrajectoryPart(Part):
     duration: float | None = None
     lead: float | None = None
     hold: float | None = None
+    aid: str = PLAIN  # of `flexsim.shaping.aids`, as the first robot needs it
+    pulse: Pair = (0.0, 0.0)  # [N m] at the motors
+    pulse_span: Pair = (1.0, 1.05)  # [s] when it begins and ends
+    push: Finite = 0.0  # [N s] at the tip, at the start
 
 
 SHAPE_KEYS = ("shape", "start", "end", "centre", "half_width", "half_height")
 WAY_KEYS = ("points", "file", "times")
+HELPED = ("aid", "pulse", "pulse_span", "push")  # of any trajectory
 
 
 class SettingPart(Part):

@@ -37,8 +37,10 @@ from flexsim.loop.trajectories import (
 from flexsim.mjcf.load import load_arm
 from flexsim.mjcf.reading.names import Names
 from flexsim.robot.plant_names import KINDS, plant_kind
+from flexsim.shaping.aids import AIDS
 from studies.spec.functions import function_source
 from studies.spec.parts import (
+    HELPED,
     NUMBERS,
     SHAPE_KEYS,
     WAY_KEYS,
@@ -339,7 +341,10 @@ def _trajectory(part: TrajectoryPart, folder: Path) -> dict[str, Any]:
     if len(ways) != 1:
         said = f"{' and '.join(ways)} contradict each other" if ways else "says nothing"
         raise ParameterError(f"{said}; give one of use, shape, points or file")
-    given = part.model_fields_set - {"name", "use", "file"}
+    given = part.model_fields_set - {"name", "use", "file", *HELPED}
+    helped = {key: getattr(part, key) for key in HELPED}
+    if part.aid not in AIDS:
+        raise ParameterError(f"aid is {part.aid!r}; {choice(part.aid, list(AIDS))}")
     if ways[0] in ("use", "shape"):
         wanted = part.use if part.use is not None else part.shape
         known = PATHS if part.use is not None else dict.fromkeys((*SHAPES, TURN.name))
@@ -353,7 +358,7 @@ def _trajectory(part: TrajectoryPart, folder: Path) -> dict[str, Any]:
             for key in sorted(given - {"shape", *vars(base)}):
                 raise ParameterError(f"{key} is not of a turn of the joints; leave it out")
             own["shape"] = TURN.name
-        return _plain(vars(base) | own)
+        return _plain(vars(base) | own | helped)
     for key in sorted(given & set(SHAPE_KEYS)):
         raise ParameterError(f"{key} is of a shape, not of waypoints; leave it out")
     points, times = part.points, part.times
@@ -375,6 +380,7 @@ def _trajectory(part: TrajectoryPart, folder: Path) -> dict[str, Any]:
             "duration": duration,
             "lead": part.lead or 0.0,
             "hold": 1.0 if part.hold is None else part.hold,
+            **helped,
         }
     )
 

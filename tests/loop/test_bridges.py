@@ -295,7 +295,10 @@ def test_numbers_that_cannot_be_used_are_named(change: dict[str, Any], what: str
     [
         ({"bridge_places": (0.1, 0.1)}, "0.1 m and 0.1 m tell two modes not apart"),
         ({"bridge_places": (0.1, 0.7)}, "0.7 m from the clamp, off the beam; give 0 to 0.5 m"),
-        ({"bridge_shift": (-0.1, 0.0)}, "-0.075 m from the clamp, off the beam"),
+        (
+            {"bridge_shift": (-0.1, 0.0)},
+            "1, 0.025 m from the clamp, is off the beam by its",
+        ),
         ({"estimator": "one-bridge", "bridge_places": (0.5, 0.1)}, "reads nothing of mode 1"),
         ({"estimator": "quasi-static", "bridge_places": (0.5, 0.5)}, "both .* at the tip"),
         ({"estimator": "kalman:2", "bridge_places": (0.5, 0.6)}, "off the beam"),

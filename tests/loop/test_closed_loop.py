@@ -33,7 +33,7 @@ from flexsim.plants.base import Plant
 from flexsim.plants.chain_plant import ChainPlant
 from flexsim.plants.modes_plant import AssumedModesPlant
 
-pytestmark = pytest.mark.kernels  # run once more under another BLAS kernel
+kernels = pytest.mark.kernels  # run once more under another BLAS kernel
 
 
 ROOT = Path(__file__).parents[2]
@@ -219,6 +219,7 @@ def slow_loop(
     return np.array(states), np.array(torques), np.array(errors)
 
 
+@kernels
 @pytest.mark.parametrize("controller", [P_CONTROL, IIR], ids=["P", "IIR"])
 @pytest.mark.parametrize("chosen", [setting("none"), SLOPPY, SHIFTED], ids=lambda item: item.name)
 def test_compiled_loop_is_the_slow_one(
@@ -235,6 +236,7 @@ def test_compiled_loop_is_the_slow_one(
         assert (np.abs(found - wanted).max(axis=0) <= SLOW_LOOP * scale).all()
 
 
+@kernels
 def test_compiled_loop_with_two_physics_steps_per_sample(short: Reference) -> None:
     fine = AssumedModesPlant(PARAMETERS, step=0.5e-3)
     first = Reference(short.time[:60], short.tip[:60], short.joint[:60])
@@ -305,6 +307,7 @@ def test_without_recording_the_index_is_the_same(plant: Plant, short: Reference)
     assert bare.states.shape[1] == 0 and bare.indices == full.indices
 
 
+@kernels
 @pytest.mark.parametrize("name", NAMES)
 def test_tuned_controllers_hold_every_trajectory_and_the_index_is_5(
     plant: Plant, name: str
@@ -337,6 +340,7 @@ def test_printed_form_runs_in_the_same_loop_and_moves_otherwise(short: Reference
 # --- divergence and rest ------------------------------------------------------------------------
 
 
+@kernels
 def test_divergence_has_a_time_and_nothing_after_it(plant: Plant, short: Reference) -> None:
     bent = Reference(short.time, short.tip, short.joint + (0.0, 1e-3) * (short.time > 0)[:, None])
     outcome = evaluate(plant, setting("none"), bent, [RUNAWAY, P_CONTROL], stride=1)

@@ -125,6 +125,8 @@ def test_an_unknown_option_is_named(command: str, capsys: pytest.CaptureFixture[
     ("arguments", "words"),
     [
         ("Compare", "'Compare' is unknown; choose one of compare, modes"),
+        ("drive --out x.csv", "drive: --torque PATH is missing; see flexsim drive --help"),
+        ("beam --nonsense", "--mjcf PATH and --parent STR are missing; Unrecognized options: --no"),
         ("compare --perturbation 2", "--perturbation, 2 Perhaps you meant: --perturbations"),
         ("compare --out", "'--out'. Expected 1 values"),
         ("compare --json maybe", "maybe"),

@@ -33,10 +33,11 @@ sys.exit(main())
             "run.rrd: cannot write the recording: File too large",
             marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "tune --plant rigid --population 4 --survivors 2 --generations 2 --trajectory circle "
             "--out new/run",
             "File too large",
+            marks=pytest.mark.slow,
         ),
     ],
 )

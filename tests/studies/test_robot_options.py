@@ -39,7 +39,9 @@ def test_a_tuning_keeps_its_robot_and_resumes_with_it(
 @pytest.mark.parametrize(
     "words",
     [
-        ["compare", "--quick", "--out", "run", "--format", "png"],
+        pytest.param(
+            ["compare", "--quick", "--out", "run", "--format", "png"], marks=pytest.mark.slow
+        ),
         ["stability", "--quick", "--map-points", "0", "--zero-draws", "0", "--out", "run"],
         ["modes"],
         ["crosscheck"],

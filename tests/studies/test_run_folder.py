@@ -236,6 +236,7 @@ def test_json_is_strict() -> None:
     }
 
 
+@pytest.mark.slow  # commands that end are, too, in test_ending
 def test_a_study_that_is_ended_clears_its_folder_away(tmp_path: Path) -> None:
     with flexsim("ladder", "--out", tmp_path / "run") as process:
         wait_for(lambda: any(tmp_path.iterdir()), process)

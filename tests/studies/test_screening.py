@@ -163,6 +163,7 @@ def test_first_generation_and_fresh_ones_are_screened(circle):
     assert len(fresh) and sampler.growth(fresh).max() < usual / 5  # the best of 200
 
 
+@pytest.mark.slow  # unscreened ones are in test_tune
 def test_a_screened_run_continues_to_the_same_bits(tmp_path, capsys):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     assert main(["tune", *SMALL, "--out", str(whole)]) == 0

@@ -103,6 +103,7 @@ def test_a_search_that_finds_nothing_is_counted_as_such() -> None:
     assert (row.found, row.seeds, row.cost, row.ratio) == (0, 2, None, None)
 
 
+@pytest.mark.slow  # its parts are tested above
 def test_quick_run(quick: Callable[[str], QuickRun]) -> None:
     found = quick("structures")
     rows, winners = found.content["rows"], found.content["winners"]

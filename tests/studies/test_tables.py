@@ -129,6 +129,7 @@ def test_cells_are_those_of_the_rows(shown: QuickRun) -> None:
     assert line.split()[2] == ("div" if wide["diverged"] else f"{1e3 * wide['envelope']:.1f}")
 
 
+@pytest.mark.slow  # a second run of the study
 def test_given_controllers_are_run_and_nothing_is_tuned(
     tuned: Path, tuned_otherwise: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import signal
+import scipy  # its signal package, half a second, is loaded where it is used
 
 from flexsim.errors import ParameterError
 from flexsim.loop.control.given_numbers import (
@@ -63,7 +63,7 @@ def kind_of(given: Any, period: float) -> Branches | Space:
         return [_sections(given)]
     if isinstance(given, tuple | list):
         return _by_length(given, period)
-    if isinstance(given, signal.lti):
+    if isinstance(given, scipy.signal.lti):
         raise ParameterError(f"a continuous system; discretise it first: to_discrete({period:g})")
     if not hasattr(given, "dt"):
         raise ParameterError(f"of type {type(given).__name__}; give {KINDS}")
@@ -249,7 +249,7 @@ def _zeros_poles(zeros: Any, poles: Any, gain: Any) -> list[Filter]:
         tops = [*([1.0, -zero] for zero in z), *([[0.0, 1.0]] * delay)]
         cascade = [(np.array(b), np.array([1.0, -a])) for b, a in zip(tops, p, strict=True)]
     else:
-        paired = signal.zpk2sos(np.concatenate([z, np.zeros(delay)]), p, 1.0)
+        paired = scipy.signal.zpk2sos(np.concatenate([z, np.zeros(delay)]), p, 1.0)
         cascade = [(row[:3], row[3:]) for row in paired]
         if delay:  # zeros at the origin stand for them in the pairs
             cascade.append((np.eye(1, delay + 1, delay)[0], np.ones(1)))

@@ -18,8 +18,8 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
+import scipy  # its stats package, half a second, is loaded where it is used
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from flexsim.errors import ParameterError
 
@@ -84,7 +84,7 @@ def quantile_interval(
 def _ranks(runs: int, share: float, level: float) -> tuple[int, int] | None:
     """Return which of sorted runs, counted from 0, are the ends of a quantile's interval."""
     places = np.arange(runs, dtype=float)
-    ends = stats.quantile_test(places, p=share).confidence_interval(level)
+    ends = scipy.stats.quantile_test(places, p=share).confidence_interval(level)
     return (
         None if math.isnan(ends.low) or math.isnan(ends.high) else (int(ends.low), int(ends.high))
     )
@@ -109,7 +109,7 @@ def share_interval(count: int, runs: int, level: float = LEVEL) -> Interval:
     """
     if not 0 <= count <= runs or runs < 1:
         raise ParameterError(f"{count} of {runs} is no share; give a count from 0 to the runs")
-    ends = stats.binomtest(int(count), int(runs)).proportion_ci(level, method="wilson")
+    ends = scipy.stats.binomtest(int(count), int(runs)).proportion_ci(level, method="wilson")
     return float(ends.low), float(ends.high)
 
 
@@ -187,8 +187,8 @@ def medians_interval(
 
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
         # an interval of scipy's own, which we do not use, may have no end
-        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
-        drawn = stats.bootstrap(
+        warnings.simplefilter("ignore", scipy.stats.DegenerateDataWarning)
+        drawn = scipy.stats.bootstrap(
             every,
             statistic,
             n_resamples=resamples,

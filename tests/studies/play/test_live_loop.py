@@ -73,6 +73,7 @@ def test_untouched_it_is_the_batchs_loop(bench_stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("law", ["opposing", "lugre"])
+@pytest.mark.slow  # another compilation of the live loop
 def test_worn_joints_are_the_batchs_too(bench_stage: Stage, law: str) -> None:
     """Bristles, motors behind gaps, amplifiers, warming up: memories that go from call to call."""
     effects = replace(HARDWARE["worn"].effects, warming=(0.2, 0.3), encoder="motor")

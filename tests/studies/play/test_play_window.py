@@ -161,6 +161,7 @@ def test_it_shows_both_arms_hears_keys_and_is_closed(screen: Screen, tmp_path: P
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["play.json", "play.rrd", "runs"]
 
 
+@pytest.mark.slow  # the window is opened and closed above
 def test_it_ends_after_its_time(screen: Screen, tmp_path: Path) -> None:
     short = started(screen, tmp_path, "--seconds", "0.4")
     out, err = short.communicate(timeout=OPENED + SHOWN)

@@ -58,17 +58,32 @@ def same(one: Path, other: Path) -> bool:
     return (one / "results.parquet").read_bytes() == (other / "results.parquet").read_bytes()
 
 
-def killed(study: Path, out: Path, count: int, how: int = signal.SIGKILL) -> str:
+def killed(
+    study: Path,
+    out: Path,
+    count: int,
+    how: int = signal.SIGKILL,
+    before: Callable[[], None] = lambda: None,
+) -> str:
     """Kill a run once it has some batches; return what it said on stderr."""
     with flexsim("run", study, "--out", out) as started:
         wait_for(lambda: len(batches(out)) >= count, started)
+        started.send_signal(signal.SIGSTOP)
+        before()
         started.send_signal(how)
+        started.send_signal(signal.SIGCONT)
         return started.communicate(timeout=PATIENCE)[1]
 
 
-def test_killed_and_gone_on_with(whole: Path, tmp_path: Path) -> None:
+def test_one_process_at_a_time_killed_and_gone_on_with(whole: Path, tmp_path: Path) -> None:
     study, out = whole.parent / "study.toml", tmp_path / "run"
-    killed(study, out, 3)
+
+    def only_one() -> None:
+        with flexsim("run", study, "--out", out, "--resume") as second:
+            _, said = second.communicate(timeout=PATIENCE)
+        assert second.returncode == 2 and "at work in another process" in said
+
+    killed(study, out, 3, before=only_one)
     assert is_unfinished(out) and not (out / "results.parquet").exists()
     kept = {path: path.stat().st_mtime_ns for path in batches(out)}
     assert 3 <= len(kept) < RUNS // 50
@@ -172,6 +187,7 @@ def test_what_is_missing_of_a_run_is_made(whole: Path, tmp_path: Path, what: str
     assert next(names) == next(names)
 
 
+@pytest.mark.slow  # results are above
 def test_traces_that_are_not_as_they_were_are_made_again(whole: Path, tmp_path: Path) -> None:
     out, words = tmp_path / "run", ["--traces", "nominal", "--set", "sweep.samples=60"]
     study = str(whole.parent / "study.toml")
@@ -185,16 +201,6 @@ def test_traces_that_are_not_as_they_were_are_made_again(whole: Path, tmp_path: 
     kept[1].write_bytes(b"garbage")
     assert main(["run", "--out", str(out), "--resume"]) == 0
     assert [path.read_bytes() for path in kept[:2]] == before
-
-
-def test_one_process_at_a_time(whole: Path, tmp_path: Path) -> None:
-    study, out = whole.parent / "study.toml", tmp_path / "run"
-    with flexsim("run", study, "--out", out) as first:
-        wait_for(lambda: len(batches(out)) >= 1, first)
-        first.send_signal(signal.SIGSTOP)
-        with flexsim("run", study, "--out", out, "--resume") as second:
-            _, said = second.communicate(timeout=PATIENCE)
-        assert second.returncode == 2 and "at work in another process" in said
 
 
 FULL = """

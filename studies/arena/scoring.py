@@ -1,0 +1,116 @@
+"""Scores of runs and what is said of many: interquartile means, profiles, chances to be better.
+
+>>> scores = decades(index, still)                 # (K,), 0 where diverged
+>>> interquartile_mean(scores)
+>>> improvement(first, second)                     # chance that a run of the first is better
+
+A score is how many decades the index (5) lies below that of an arm that stands still where the
+reference starts; a run that diverged, or that is no better, has 0. Intervals are percentiles of a
+bootstrap that draws seeds and repeats anew within each task, a trajectory: strata that are never
+mixed.
+
+Source: R. Agarwal et al., Deep reinforcement learning at the edge of the statistical precipice,
+NeurIPS 2021: interquartile means, stratified bootstrap, probability of improvement, profiles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from flexsim.errors import ParameterError
+from flexsim.numerics.types import Array
+from studies.core.evidence.intervals import LEVEL
+
+RESAMPLES = 1999  # of which the 50th and the 1950th are the ends of 95 %
+QUARTER = 0.25  # of the scores left out at either end
+
+
+class Estimate(NamedTuple):
+    """A number with its interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def decades(index: ArrayLike, still: ArrayLike) -> Array:
+    """Return the scores of indices [m2 s], 0 where diverged (not finite).
+
+    Args:
+        index: of any shape. still: of an arm that stands still, broadcast to it.
+    """
+    found, most = np.broadcast_arrays(np.asarray(index, float), np.asarray(still, float))
+    held = np.isfinite(found) & (found > 0)
+    below = np.zeros(found.shape)
+    below[held] = np.log10(most[held] / found[held])
+    return np.maximum(below, 0.0)
+
+
+def interquartile_mean(scores: ArrayLike) -> float:
+    """Return the mean of the middle half of scores of any shape."""
+    return float(stats.trim_mean(np.asarray(scores, dtype=float), QUARTER, axis=None))
+
+
+def improvement(first: ArrayLike, second: ArrayLike) -> float:
+    """Return the chance that a run of the first scores more than one of the second, ties halved.
+
+    Args:
+        first, second: (T, n), (T, m) by task; the mean over tasks, within which alone is compared.
+    """
+    one, other = np.asarray(first, float), np.asarray(second, float)
+    more = one[:, :, None] - other[:, None, :]
+    return float(np.mean((more > 0) + 0.5 * (more == 0)))
+
+
+def profile(scores: ArrayLike, levels: ArrayLike) -> Array:
+    """Return the share of runs (L,) that score more than each level (L,)."""
+    found = np.sort(np.asarray(scores, dtype=float).ravel())
+    return 1.0 - np.searchsorted(found, np.asarray(levels, float), side="right") / found.size
+
+
+def estimated(
+    of: Callable[..., float],
+    samples: Sequence[ArrayLike],
+    seed: int,
+    paired: bool = False,
+    resamples: int = RESAMPLES,
+) -> Estimate:
+    """Return a statistic of samples with its interval, by a bootstrap within tasks.
+
+    Args:
+        of: from samples (T, n) each to a number.
+        samples: (T, n, ...) by task, run; the second axis is drawn anew, for each task apart.
+        seed: of the draws. paired: whether runs i of all samples belong together, and stay so.
+
+    Raises:
+        ParameterError: a sample has no runs, or paired ones have different numbers of them.
+    """
+    every = [np.asarray(each, dtype=float) for each in samples]
+    if any(each.ndim < 2 or not each.size for each in every):
+        raise ParameterError("scores are given by task and run; give one run or more of each")
+    if paired and len({each.shape[:2] for each in every}) > 1:
+        raise ParameterError("paired scores need as many runs of each; give as many")
+    rng = np.random.default_rng(seed)
+    drawn = np.empty(resamples)
+    for i in range(resamples):
+        picks = _picks(rng, every[0].shape[:2])
+        redrawn = []
+        for j, each in enumerate(every):
+            if j and not paired:
+                picks = _picks(rng, each.shape[:2])
+            tail = picks.reshape((*picks.shape, *(1,) * (each.ndim - 2)))
+            redrawn.append(np.take_along_axis(each, tail, axis=1))
+        drawn[i] = of(*redrawn)
+    drawn.sort()
+    beyond = max(1, round((1 - LEVEL) / 2 * (resamples + 1)))
+    return Estimate(float(of(*every)), float(drawn[beyond - 1]), float(drawn[-beyond]))
+
+
+def _picks(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return which runs are drawn of each task, (T, n)."""
+    return rng.integers(0, shape[1], size=shape)

@@ -1,0 +1,86 @@
+"""Of a full factorial of scores: which share of the variance is whose, with intervals.
+
+>>> shares(scores, ("order", "structure", "reference", "plant", "trajectory"), seed=1)[0].factor
+
+Balanced analysis of variance: a factor's share is the variance of the means over all else, that of
+`interactions` what is left between the cells, and that of the tuning's seed what is left within
+them. Intervals draw seeds anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from flexsim.errors import ParameterError
+from flexsim.numerics.types import Array
+from studies.core.evidence.intervals import LEVEL
+
+RESAMPLES = 999
+INTERACTIONS, SEED = "interactions", "tuning seed"
+
+
+@dataclass(frozen=True)
+class ShareRow:
+    """A factor's share of the variance of scores, with its interval [-]."""
+
+    factor: str
+    levels: int
+    share: float
+    low: float
+    high: float
+
+
+def variance_shares(scores: Array) -> Array:
+    """Return the shares (F + 2,) of F factors, of interactions, and of seeds; they add up to 1.
+
+    Args:
+        scores: F axes of the factors, and a last one of the seeds. Without variance all are 0.
+    """
+    total = float(np.var(scores))
+    if total == 0.0:
+        return np.zeros(scores.ndim + 1)
+    cells = scores.mean(axis=-1)
+    factors = range(cells.ndim)
+    mains = [np.var(cells.mean(axis=tuple(k for k in factors if k != j))) for j in factors]
+    between = float(np.var(cells))
+    return np.array([*mains, between - sum(mains), total - between]) / total
+
+
+def shares(scores: Array, factors: Sequence[str], seed: int) -> list[ShareRow]:
+    """Return every factor's share, the largest first, then interactions and seeds.
+
+    Args:
+        scores: (L_1, ..., L_F, seeds). factors: names of the first F axes.
+
+    Raises:
+        ParameterError: there are not as many names as axes.
+    """
+    if scores.ndim != len(factors) + 1:
+        raise ParameterError(f"{len(factors)} factors of {scores.ndim} axes; give one for each")
+    rng = np.random.default_rng(seed)
+    cells, runs = scores.shape[:-1], scores.shape[-1]
+    drawn = np.empty((RESAMPLES, len(factors) + 2))
+    for i in range(RESAMPLES):
+        picks = rng.integers(0, runs, size=(*cells, runs))
+        drawn[i] = variance_shares(np.take_along_axis(scores, picks, axis=-1))
+    drawn.sort(axis=0)
+    beyond = max(1, round((1 - LEVEL) / 2 * (RESAMPLES + 1)))
+    own = variance_shares(scores)
+    names = [*factors, INTERACTIONS, SEED]
+    levels = [*cells, int(np.prod(cells)), runs]
+    rows = [
+        ShareRow(*each, *map(float, ends))
+        for *each, ends in zip(
+            names,
+            levels,
+            map(float, own),
+            zip(drawn[beyond - 1], drawn[-beyond], strict=True),
+            strict=True,
+        )
+    ]
+    mains = sorted(rows[: len(factors)], key=lambda row: -row.share)
+    return list(chain(mains, rows[len(factors) :]))
