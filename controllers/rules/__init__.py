@@ -1,0 +1,63 @@
+"""Fractional designs by rule, each of a few knobs, for the joints of a robot.
+
+    rule = RULES["flat-phase"]
+    c1, c2 = rule.design([30.0, 0.8, 30.0, 0.8], inertias=(0.3177, 0.0112), period=1e-3)
+    rule.knobs                                  # names, units, ranges
+
+Every rule's own module has its source, what it assumes, and the rule itself for plants other than a
+joint. Their plant is `controllers.rules.joint.RigidJoint`.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from controllers.knobs import Knob
+from controllers.rules import five, flat, lead, valerio
+from controllers.rules.joint import RigidJoint
+from controllers.sections import Sections
+
+
+class Rule(NamedTuple):
+    """A rule as a search uses it."""
+
+    text: str
+    """What it is, in a line."""
+    knobs: tuple[Knob, ...]
+    """Of both joints."""
+    design: Callable[..., tuple[Sections, Sections]]
+    """Of (knobs, inertias [kg m2], period [s], delay [s])."""
+
+
+RULES: Mapping[str, Rule] = MappingProxyType(
+    {
+        "valerio-s": Rule(
+            "Valerio and Sa da Costa's, by the S-shaped response of the joint in a rate loop",
+            valerio.KNOBS,
+            valerio.design,
+        ),
+        "valerio-critical": Rule(
+            "Valerio and Sa da Costa's, by the critical gain of the joint in a rate loop",
+            valerio.KNOBS,
+            valerio.design_critical,
+        ),
+        "five": Rule(
+            "Monje and Vinagre's five specifications: crossing, margin, flat phase, both ends",
+            five.KNOBS,
+            five.design,
+        ),
+        "flat-phase": Rule(
+            "Luo and Chen's fractional PD whose phase is flat at the crossing (iso-damping)",
+            flat.KNOBS,
+            flat.design,
+        ),
+        "lead": Rule(
+            "a fractional lead by its phase margin over a range of payloads",
+            lead.KNOBS,
+            lead.design,
+        ),
+    }
+)
+"""Name -> rule."""
+
+__all__ = ["RULES", "RigidJoint", "Rule", "five", "flat", "lead", "valerio"]
