@@ -6,6 +6,11 @@
 
 Every rule's own module has its source, what it assumes, and the rule itself for plants other than a
 joint. Their plant is `controllers.rules.joint.RigidJoint`.
+
+Ranges are those of `controllers.shaped` where knobs are the same. Of 200 random draws these hold in
+the loop that `controllers.shaped` tells, in %, line, two-loop and circle: valerio-s 65, 62, 65 with
+v ignored and 69, 65, 66 with it mirrored, valerio-critical 69, 63, 67 and 82, 79, 80, of the others
+all. Designs take 0.3 to 2 ms, `five` 20.
 """
 
 from collections.abc import Callable, Mapping

@@ -27,9 +27,9 @@ from scipy.optimize import brentq
 
 from controllers.errors import ControllerError, check_finite, check_positive
 from controllers.pid import Gains
-from controllers.rules.joint import OMEGA_C, PHI_M, check_knobs, digital, rigid_joint
+from controllers.rules.joint import PHI_M, check_knobs, digital, rigid_joint
 from controllers.sections import Sections
-from controllers.shaped.normalised import both, paired, shortened
+from controllers.shaped.normalised import OMEGA_C, both, paired, shortened
 
 JOINT = (OMEGA_C, PHI_M)
 KNOBS = both(JOINT)

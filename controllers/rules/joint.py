@@ -27,7 +27,6 @@ from controllers.shaped.normalised import at, shortened
 
 HELD_AND_COMPUTED = 1.5
 """Samples of dead time: half of the zero-order hold, one of the computer."""
-OMEGA_C = Knob("omega_c", "rad/s", 5.0, 60.0, True)
 PHI_M = Knob("phi_m", "rad", 0.4, 1.2, False)
 
 

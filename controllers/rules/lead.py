@@ -11,9 +11,9 @@ time the margin is
     alpha (atan(omega/low) - atan(omega/high)) - omega delay,
 
 and the order is the least that gives phi_m at both ends of the range of crossings, from the
-unladen joint's omega_c to that of `heavier` times its inertia; in between it is no less, since both
-arctangents and the line together are concave where omega is below high/sqrt(3). `low` is a factor
-`edge` below the lowest crossing: below it the lead is a spring, as a joint with dry friction needs.
+unladen joint's omega_c to that of `heavier` times its inertia; in between it is no less, since this
+is concave in omega up to sqrt(low high) at least. `low` is a factor `edge` below the lowest
+crossing: below it the lead is a spring, as a joint with dry friction needs.
 
 Source: the flat margin of s^alpha on a double integrator is Bode's ideal loop; for single-link
 flexible arms with changing payloads: C. A. Monje, F. Ramos, V. Feliu, B. M. Vinagre, Tip position
@@ -31,10 +31,10 @@ import numpy as np
 from controllers.errors import ControllerError, check_positive
 from controllers.knobs import Knob
 from controllers.oustaloup import oustaloup_cascade
-from controllers.rules.joint import OMEGA_C, PHI_M, check_knobs, rigid_joint, scaled
+from controllers.rules.joint import PHI_M, check_knobs, rigid_joint, scaled
 from controllers.sections import Sections
 from controllers.shaped.long import HIGH, TERMS
-from controllers.shaped.normalised import at, both, paired, shortened
+from controllers.shaped.normalised import OMEGA_C, at, both, paired, shortened
 
 HEAVIER = Knob("inertia_ratio", "-", 1.0, 3.0, True)
 EDGE = Knob("edge", "-", 2.0, 10.0, True)

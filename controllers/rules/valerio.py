@@ -88,7 +88,7 @@ _HIGH = np.array(  # 64 <= K P <= 640
     ]
 )
 
-OMEGA_I = Knob("omega_i", "rad/s", 5.0, 60.0, True)
+OMEGA_I = Knob("omega_i", "rad/s", 5.0, 100.0, True)
 RATIO = Knob("omega_c_over_omega_i", "-", 0.25, 1.0, True)
 JOINT = (OMEGA_I, RATIO)
 KNOBS = both(JOINT)

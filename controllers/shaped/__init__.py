@@ -17,11 +17,11 @@ and it is the *negative* ones that lead. Of 400 random draws these hold (flexsim
 of them, 0.1 % damping, hardware `bench`, setting `simulink`; line, two-loop, circle) in %:
 
                v ignored       v mirrored
-    fractional 44, 25, 32      36, 21, 27
-    long       52, 45, 47      51, 45, 48
-    integer    18,  8,  9      10,  7,  7
-    textbook    6,  6,  6       9,  8,  8
-    pd         74, 68, 72      71, 67, 68
+    fractional 37, 21, 28      32, 18, 24
+    long       48, 43, 45      47, 43, 44
+    integer    14,  6,  8       9,  7,  7
+    textbook    6,  6,  6       8,  8,  8
+    pd         71, 66, 68      67, 66, 66
 """
 
 from collections.abc import Mapping

@@ -33,7 +33,7 @@ LEAST = 1e-6
 LOWEST, HIGHEST, GRID = 1e-4, 0.95 * math.pi, 600
 """Where a crossing is looked for, [rad/sample], and at how many frequencies."""
 
-OMEGA_C = Knob("omega_c", "rad/s", 10.0, 100.0, True)
+OMEGA_C = Knob("omega_c", "rad/s", 10.0, 150.0, True)
 PHI_1 = Knob("phi_1", "rad", -0.5, 1.65, False)
 PHI_2 = Knob("phi_2", "rad", -0.5, 1.5, False)
 
