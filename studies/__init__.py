@@ -17,7 +17,7 @@ ROOMS = (
         "stability",
         "reconstruct",
     ),
-    *("misprints", "tables", "pid_question", "realisations", "screening", "laboratory"),
+    *("misprints", "tables", "pid_question", "realisations", "rules", "screening", "laboratory"),
     *("report", "view", "watch", "play", "tools", "beam", "identify", "experiment", "animate"),
     *("commands", "shell", "main"),
 )

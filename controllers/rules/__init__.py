@@ -32,6 +32,8 @@ class Rule(NamedTuple):
     """Of both joints."""
     design: Callable[..., tuple[Sections, Sections]]
     """Of (knobs, inertias [kg m2], period [s], delay [s])."""
+    numbers: Callable[..., dict[str, float]]
+    """What one joint's design comes to, of (its knobs, inertia, period, delay)."""
 
 
 RULES: Mapping[str, Rule] = MappingProxyType(
@@ -40,26 +42,31 @@ RULES: Mapping[str, Rule] = MappingProxyType(
             "Valerio and Sa da Costa's, by the S-shaped response of the joint in a rate loop",
             valerio.KNOBS,
             valerio.design,
+            valerio.numbers,
         ),
         "valerio-critical": Rule(
             "Valerio and Sa da Costa's, by the critical gain of the joint in a rate loop",
             valerio.KNOBS,
             valerio.design_critical,
+            valerio.numbers_critical,
         ),
         "five": Rule(
             "Monje and Vinagre's five specifications: crossing, margin, flat phase, both ends",
             five.KNOBS,
             five.design,
+            five.numbers,
         ),
         "flat-phase": Rule(
             "Luo and Chen's fractional PD whose phase is flat at the crossing (iso-damping)",
             flat.KNOBS,
             flat.design,
+            flat.numbers,
         ),
         "lead": Rule(
             "a fractional lead by its phase margin over a range of payloads",
             lead.KNOBS,
             lead.design,
+            lead.numbers,
         ),
     }
 )

@@ -191,7 +191,8 @@ def _excesses(
     high, low = 1j * wanted.omega_h, 1j * wanted.omega_l
     loop = problem.at_high * (kp + ki * high**-lam + kd * high**mu)
     slow = problem.at_low * (kp + ki * low**-lam + kd * low**mu)
-    return abs(loop / (1.0 + loop)) / wanted.A, abs(1.0 / (1.0 + slow)) / wanted.B
+    noise, disturbance = np.abs(loop / (1.0 + loop)), np.abs(1.0 / (1.0 + slow))
+    return np.asarray(noise / wanted.A, float), np.asarray(disturbance / wanted.B, float)
 
 
 def _found(problem: _Problem, lam: float, mu: float) -> Five:
@@ -236,3 +237,13 @@ def joint_five(
     plant = rigid_joint(inertia, period, delay)
     wanted = Specifications(omega_c, phi_m, DECADE * omega_c, LEVEL, omega_c / DECADE, LEVEL)
     return five(plant.response, wanted)
+
+
+def numbers(
+    knobs: Sequence[float], inertia: float, period: float, delay: float | None = None
+) -> dict[str, float]:
+    """Return what one joint's design comes to, by name [SI]; noise and disturbance are excesses."""
+    gains, noise, disturbance = joint_five(knobs, inertia, period, delay)
+    orders = {"lambda": -(gains.nu2 or 0.0), "mu": gains.nu1 or 0.0}
+    parts = {"kp": gains.k3, "ki": gains.k2, "kd": gains.k1}
+    return parts | orders | {"noise": noise, "disturbance": disturbance}

@@ -111,3 +111,11 @@ def joint_gains(
     plant = rigid_joint(inertia, period, delay)
     size = abs(complex(plant.response(omega_c)))
     return flat_phase(plant.phase(omega_c), plant.slope(omega_c), size, omega_c, phi_m)
+
+
+def numbers(
+    knobs: Sequence[float], inertia: float, period: float, delay: float | None = None
+) -> dict[str, float]:
+    """Return what one joint's design comes to, by name [SI]."""
+    found = joint_gains(knobs, inertia, period, delay)
+    return {"Kp": found.k3, "Kd": found.k1 / found.k3, "mu": found.nu1 or 0.0}

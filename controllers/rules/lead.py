@@ -141,3 +141,14 @@ def joint_lead(
 def margin(alpha: float, low: float, high: float, omega: float, delay: float) -> float:
     """Return the phase margin [rad] where the loop crosses at omega [rad/s]."""
     return alpha * float(np.arctan(omega / low) - np.arctan(omega / high)) - omega * delay
+
+
+def numbers(
+    knobs: Sequence[float], inertia: float, period: float, delay: float | None = None
+) -> dict[str, float]:
+    """Return what one joint's design comes to, by name [SI]."""
+    alpha, low, high = corners(knobs, period, rigid_joint(inertia, period, delay).delay)
+    omega_c = knobs[0]
+    size = math.hypot(1.0, omega_c / low) / math.hypot(1.0, omega_c / high)
+    k = shortened(inertia * omega_c**2 / size**alpha)
+    return {"k": k, "alpha": alpha, "low": low, "high": high}

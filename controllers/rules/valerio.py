@@ -195,10 +195,8 @@ def s_shaped_joint(
 ) -> Sections:
     """Return one joint's controller from its knobs (2,); see `design`."""
     omega_i, ratio = check_knobs(knobs, JOINT)
-    unit = CROSSING / (ratio * omega_i)
-    late = rigid_joint(inertia, period, delay).delay
-    L, T = (3.0 - math.e) / omega_i + late, math.e / omega_i
-    return _cascaded(s_shaped(L / unit, T / unit).gains(unit), omega_i, ratio, inertia, period)
+    rule, unit = _s_shaped(omega_i, ratio, rigid_joint(inertia, period, delay).delay)
+    return _cascaded(rule.gains(unit), omega_i, ratio, inertia, period)
 
 
 def critical_joint(
@@ -206,9 +204,46 @@ def critical_joint(
 ) -> Sections:
     """Return one joint's controller from its knobs (2,); see `design_critical`."""
     omega_i, ratio = check_knobs(knobs, JOINT)
+    rule, unit = _critical(omega_i, ratio, rigid_joint(inertia, period, delay).delay)
+    return _cascaded(rule.gains(unit), omega_i, ratio, inertia, period)
+
+
+def numbers(
+    knobs: Sequence[float], inertia: float, period: float, delay: float | None = None
+) -> dict[str, float]:
+    """Return what one joint's design by the S-shaped response comes to, by name.
+
+    P, I, lambda, D, mu in the rule's unit of time, and that unit [s].
+    """
+    omega_i, ratio = check_knobs(knobs, JOINT)
+    return _named(*_s_shaped(omega_i, ratio, rigid_joint(inertia, period, delay).delay))
+
+
+def numbers_critical(
+    knobs: Sequence[float], inertia: float, period: float, delay: float | None = None
+) -> dict[str, float]:
+    """Return what one joint's design by the critical gain comes to; as `numbers`."""
+    omega_i, ratio = check_knobs(knobs, JOINT)
+    return _named(*_critical(omega_i, ratio, rigid_joint(inertia, period, delay).delay))
+
+
+def _s_shaped(omega_i: float, ratio: float, delay: float) -> tuple[Rule, float]:
+    """Return the rule's controller of the joint's inner loop, and the unit of time [s]."""
     unit = CROSSING / (ratio * omega_i)
-    K, P = critical_point(omega_i, rigid_joint(inertia, period, delay).delay)
-    return _cascaded(critical(K, P / unit).gains(unit), omega_i, ratio, inertia, period)
+    L, T = (3.0 - math.e) / omega_i + delay, math.e / omega_i
+    return s_shaped(L / unit, T / unit), unit
+
+
+def _critical(omega_i: float, ratio: float, delay: float) -> tuple[Rule, float]:
+    """Return the same by the critical gain."""
+    unit = CROSSING / (ratio * omega_i)
+    K, P = critical_point(omega_i, delay)
+    return critical(K, P / unit), unit
+
+
+def _named(rule: Rule, unit: float) -> dict[str, float]:
+    names = ("P", "I", "lambda", "D", "mu")
+    return dict(zip(names, map(float, rule), strict=True)) | {"unit": unit}
 
 
 def critical_point(omega_i: float, delay: float) -> tuple[float, float]:
