@@ -38,6 +38,24 @@ class Rule(NamedTuple):
 
 RULES: Mapping[str, Rule] = MappingProxyType(
     {
+        "flat-phase": Rule(
+            "Luo and Chen's fractional PD whose phase is flat at the crossing (iso-damping)",
+            flat.KNOBS,
+            flat.design,
+            flat.numbers,
+        ),
+        "five": Rule(
+            "Monje and Vinagre's five specifications: crossing, margin, flat phase, both ends",
+            five.KNOBS,
+            five.design,
+            five.numbers,
+        ),
+        "lead": Rule(
+            "a fractional lead by its phase margin over a range of payloads",
+            lead.KNOBS,
+            lead.design,
+            lead.numbers,
+        ),
         "valerio-s": Rule(
             "Valerio and Sa da Costa's, by the S-shaped response of the joint in a rate loop",
             valerio.KNOBS,
@@ -49,24 +67,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
             valerio.KNOBS,
             valerio.design_critical,
             valerio.numbers_critical,
-        ),
-        "five": Rule(
-            "Monje and Vinagre's five specifications: crossing, margin, flat phase, both ends",
-            five.KNOBS,
-            five.design,
-            five.numbers,
-        ),
-        "flat-phase": Rule(
-            "Luo and Chen's fractional PD whose phase is flat at the crossing (iso-damping)",
-            flat.KNOBS,
-            flat.design,
-            flat.numbers,
-        ),
-        "lead": Rule(
-            "a fractional lead by its phase margin over a range of payloads",
-            lead.KNOBS,
-            lead.design,
-            lead.numbers,
         ),
     }
 )

@@ -85,8 +85,8 @@ def verdict(result: RulesResult) -> str:
     growth = {row.rule: row.growth for row in result.loops}
     stable = [name for name in rules if growth[name] <= 0]
     said = [
-        f"Of {len(rules)} designs {len(stable)} do not grow on {result.plant} near rest"
-        + (f" ({', '.join(stable)})." if stable else ".")
+        f"Designs whose loops do not grow on {result.plant} near rest: {len(stable)} of "
+        f"{len(rules)}" + (f" ({', '.join(stable)})." if stable else ".")
     ]
     borne = {
         row.rule: math.inf if row.delay_margin is None else row.delay_margin
