@@ -9,6 +9,11 @@ left (ZV), and where the sum of their vibrations has no slope over frequency eit
 frequency matters in second order only. A shaped reference lags by the impulses' mean time, which
 for the trajectories' index is an error like any other.
 
+Which modes? A loop that holds the joints stiffly leaves the beam's own with its joints held; those
+of an arm whose joints are free are for loops that hardly do. With a PD that crosses at 60 and 80
+rad/s, without friction, the line in 1 s leaves 7.1 mm of v unshaped, 1.0 mm with ZV at the held
+mode, 5.7 mm at the free one.
+
 Source: N. C. Singer, W. P. Seering, Preshaping command inputs to reduce system vibration, J. Dyn.
 Sys., Meas., Control 112 (1990) 76-82, from memory, not checked against the print; every formula
 here is tested by the motion of an oscillator.
@@ -133,15 +138,33 @@ def joint_free_modes(linear: LinearPlant, count: int = 1) -> list[tuple[float, f
     Raises:
         ParameterError: the plant has not so many.
     """
-    most = len(linear.M) - JOINTS
+    return _modes((linear.M, linear.D, linear.K), JOINTS, count)
+
+
+def joint_held_modes(linear: LinearPlant, count: int = 1) -> list[tuple[float, float]]:
+    """Return the same of an arm whose joints are held, as a stiff loop holds them.
+
+    Raises:
+        ParameterError: the plant has not so many.
+    """
+    M, D, K = (each[JOINTS:, JOINTS:] for each in (linear.M, linear.D, linear.K))
+    return _modes((M, D, K), 0, count)
+
+
+def _modes(
+    matrices: tuple[Array, Array, Array], rigid: int, count: int
+) -> list[tuple[float, float]]:
+    """Return (omega, zeta) of the lowest modes of M q'' + D q' + K q, the rigid ones left out."""
+    M, D, K = matrices
+    most = len(M) - rigid
     if not 0 <= count <= most:
         raise ParameterError(f"{count} modes are asked for; this plant has 0 to {most}")
-    squares, shapes = natural_modes(linear.K, linear.M)
+    squares, shapes = natural_modes(K, M)
     found = []
-    for k in range(JOINTS, JOINTS + count):
+    for k in range(rigid, rigid + count):
         omega = math.sqrt(float(squares[k]))
-        zeta = float(shapes[:, k] @ linear.D @ shapes[:, k]) / (2.0 * omega)
-        found.append((omega, zeta))
+        own = float(np.sum(shapes[:, k] * (D * shapes[:, k]).sum(axis=1)))
+        found.append((omega, own / (2.0 * omega)))
     return found
 
 

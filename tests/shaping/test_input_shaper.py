@@ -7,16 +7,21 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from controllers.shaped import pd
 from flexsim import ParameterError
 from flexsim.arm.parameters import paper
 from flexsim.linear.linearise import linearise
-from flexsim.loop.trajectories import CIRCLE, reference
+from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.runs import measure
+from flexsim.loop.settings import setting
+from flexsim.loop.trajectories import CIRCLE, TRAJECTORIES, reference
 from flexsim.robot import Robot
 from flexsim.shaping.input_shaper import (
     Shaper,
     for_modes,
     in_series,
     joint_free_modes,
+    joint_held_modes,
     residual_vibration,
     shaped_by,
     zv,
@@ -159,6 +164,33 @@ def test_joint_free_modes_are_the_robots():
     assert 0 < ratio < more
     with pytest.raises(ParameterError, match="0 to 5"):
         joint_free_modes(linear, 6)
+
+
+def test_joint_held_modes_are_the_clamped_beams():
+    """3.33729 Hz, and the damping ratio that a robot has in mode 1."""
+    ((omega, zeta),) = joint_held_modes(linearise(Robot().plant("assumed-modes:5"), 1.2), 1)
+    assert omega / (2 * math.pi) == pytest.approx(3.33729, rel=1e-5)
+    assert zeta == pytest.approx(Robot().parameters.zeta, rel=1e-6)
+
+
+def test_a_loops_vibration_after_a_fast_line_is_shaped_away():
+    """7.1 mm of v unshaped, 1.0 mm by the mode of held joints; that of free joints does little."""
+    bench = setting("none", HARDWARE["bench"])
+    plant = Robot().plant("assumed-modes:5", bench)
+    path = reference(replace(TRAJECTORIES["line"], duration=1.0), plant.parameters, PERIOD)
+    linear = linearise(plant, float(path.joint[len(path.joint) // 2, 1]))
+    pair = pd.design([60.0, 0.5, 15.0, 80.0, 0.3, 15.0], np.diag(linear.M)[:2], PERIOD)
+    left = {}
+    for name, modes in (
+        ("none", []),
+        ("held", joint_held_modes(linear)),
+        ("free", joint_free_modes(linear)),
+    ):
+        shaped = shaped_by(path, for_modes("zv", modes))
+        (found,) = measure(plant, bench, shaped, [pair], hold=0.5, v_gain=0.0)
+        left[name] = found["residual_v"]
+    assert left["held"] < left["none"] / 5
+    assert left["free"] > left["none"] / 2
 
 
 @pytest.mark.parametrize(("omega", "zeta"), [(0.0, 0.0), (math.nan, 0.0), (1.0, 1.0), (1.0, -0.1)])

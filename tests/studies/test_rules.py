@@ -103,7 +103,8 @@ def test_the_study_writes_a_run_that_explains_itself(quick: Callable[[str], Quic
     inertia = run.content["designs"][0]["inertia"]
     expected = RULES["flat-phase"].numbers(knobs, inertia, PERIOD, 0.5e-3)
     assert numbers["design"] == pytest.approx(expected)
-    assert "near rest: 1 of 1 (flat-phase)" in run.text and "Designs for assumed-modes:5" in run.text
+    assert "near rest: 1 of 1 (flat-phase)" in run.text
+    assert "Designs for assumed-modes:5" in run.text
     said = json.loads((run.folder / "config.json").read_text())
     assert said["question"].endswith("?") and said["dead_time"] == 0.5e-3
 
