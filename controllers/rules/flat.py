@@ -37,6 +37,8 @@ MOST = 1.9
 """Order up to which one is looked for; at 2 both parts of a lead cancel."""
 NEAR = 1e-9
 """How near to the ends of its range [-]."""
+PLACES = 9
+"""Decimals of an order that is returned, fewer than a root's last ones."""
 
 
 def flat_phase(phase: float, slope: float, magnitude: float, omega_c: float, phi_m: float) -> Gains:
@@ -68,7 +70,7 @@ def flat_phase(phase: float, slope: float, magnitude: float, omega_c: float, phi
             f"no order up to {MOST:g} makes the phase flat at {w:g} rad/s: the plant's falls by "
             f"{-slope:.3g} s, which no lead of {math.degrees(psi):.3g} degrees rises by"
         )
-    mu = shortened(float(brentq(steepness, low, high, xtol=1e-13)))
+    mu = round(float(brentq(steepness, low, high, xtol=1e-13)), PLACES)
     x = _ratio(mu, psi)
     angle = mu * math.pi / 2.0
     k = 1.0 / (size * math.sqrt(1.0 + 2.0 * x * math.cos(angle) + x * x))

@@ -258,7 +258,8 @@ def critical_point(omega_i: float, delay: float) -> tuple[float, float]:
     def short_of_half_a_turn(omega: float) -> float:
         return math.pi - omega * delay - 2.0 * math.atan(omega / omega_i)
 
-    omega = float(brentq(short_of_half_a_turn, 1e-9 / delay, math.pi / delay, xtol=1e-12))
+    found = float(brentq(short_of_half_a_turn, 1e-9 / delay, math.pi / delay, xtol=1e-12))
+    omega = float(f"{found:.10g}")  # without a root's last digits
     return 1.0 + (omega / omega_i) ** 2, 2.0 * math.pi / omega
 
 

@@ -16,6 +16,7 @@ from controllers import (
     integer_pid,
     oustaloup_pid,
     textbook_pid,
+    tustin,
 )
 from controllers.shaped import FORMS, fractional, integer, long, pd, textbook
 from controllers.shaped.normalised import Parts, bandwidth
@@ -142,6 +143,22 @@ def test_the_long_form_remembers_what_the_series_forgets():
         for form in (long, fractional)
     ]
     assert lags[0] < -30.0 and abs(lags[1]) < 2.0
+
+
+@pytest.mark.parametrize("omega", [30.0, 60.0, 120.0])
+def test_cut_after_ten_terms_a_derivative_lags_and_a_negative_one_leads(omega):
+    """(2)'s D is j tan(omega T/2) + its remainder, e^(-11 j omega T)/(1 + z^-1), times 2/T."""
+    b, a = tustin(1.0, PERIOD, 10)
+    found = frequency_response(b, a, omega, PERIOD)[0]
+    z = np.exp(1j * omega * PERIOD)
+    expected = 2 / PERIOD * (1j * math.tan(omega * PERIOD / 2) + 2 * z**-11 / (1 + 1 / z))
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert np.degrees(np.angle(found)) < -10.0
+    leads = [
+        np.angle(response(integer.joint((omega, phi_1, 0.0), 1.0, PERIOD), omega))
+        for phi_1 in (0.3, -0.3)
+    ]
+    assert leads[0] < 0.0 < leads[1]
 
 
 def test_twice_the_inertia_is_twice_the_gain():
