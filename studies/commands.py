@@ -111,6 +111,12 @@ COMMANDS = {  # by name, groups together
         "which fractional filter serves best",
         CONTROLLING,
     ),
+    "rules": Command(
+        "rules.rules",
+        "RulesConfig",
+        "fractional designs by rule: gains, margins, bode, steps",
+        CONTROLLING,
+    ),
     "screening": Command(
         "screening.screening",
         "ScreeningConfig",

@@ -22,7 +22,7 @@ from studies.main import COMMANDS, main
 
 STUDIES = (
     *("compare", "converge", "laboratory", "ladder", "misprints", "pid-question", "realisations"),
-    *("reconstruct", "screening", "stability", "structures", "tables"),
+    *("reconstruct", "rules", "screening", "stability", "structures", "tables"),
 )
 FILES = ("run", "check")  # of a study file, which has the options that studies share
 SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam", "--format")

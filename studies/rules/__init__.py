@@ -1,0 +1,1 @@
+"""Designs by rule on the plants: `flexsim rules`."""
