@@ -62,7 +62,7 @@ def _missing(found: Any) -> str:
     """Return which options are missing, of a list with their help texts, indented more."""
     import re
 
-    names = re.findall(r"(?m)^(?:│ )? {4}(\S[^│]*?) *│?$", found[0])
+    names = re.findall(r"(?m)^(?:│| ) {5}(\S[^│]*?) *│?$", found[0])  # helps stand farther in
     return f"{' and '.join(names)} {'is' if len(names) == 1 else 'are'} missing; "
 
 
