@@ -16,9 +16,11 @@ import numpy as np
 from flexsim.errors import ParameterError
 from flexsim.loop.trajectories import Reference
 from flexsim.plants.base import Plant
+from flexsim.shaping.input_shaper import for_modes, joint_free_modes, joint_held_modes, shaped_by
 from flexsim.shaping.true_tip import rates, shaped_reference
 
 PLAIN = "plain"
+Aid = Callable[[Reference, Plant, float], Reference]
 
 
 def rigid_torque(reference: Reference, model: Plant) -> Reference:
@@ -46,12 +48,27 @@ def _feedforward(reference: Reference, model: Plant, v_gain: float) -> Reference
     return rigid_torque(reference, model)
 
 
-AIDS: Mapping[str, Callable[[Reference, Plant, float], Reference]] = {
+def _shaper(kind: str, modes: Callable[..., list[tuple[float, float]]]) -> Aid:
+    """Return the help of an input shaper for the model's first mode, at the middle of the path."""
+
+    def shaped(reference: Reference, model: Plant, v_gain: float) -> Reference:
+        middle = float(np.median(reference.joint[:, 1]))
+        return shaped_by(reference, for_modes(kind, modes(model.linearised(middle), 1)))
+
+    return shaped
+
+
+AIDS: Mapping[str, Aid] = {
     PLAIN: _plain,
     "true-tip": _true_tip,
     "feedforward": _feedforward,
+    "zv-free": _shaper("zv", joint_free_modes),
+    "zvd-free": _shaper("zvd", joint_free_modes),
+    "zv-held": _shaper("zv", joint_held_modes),
+    "zvd-held": _shaper("zvd", joint_held_modes),
 }
-"""Ways to help a reference: none, that the true tip is on it, the torque of the rigid arm."""
+"""Ways to help a reference: none, that the true tip is on it, the torque of the rigid arm, an input
+shaper for the first mode, joints free or held as a stiff loop holds them."""
 
 
 def aided(reference: Reference, model: Plant, aid: str, v_gain: float) -> Reference:
