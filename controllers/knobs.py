@@ -1,6 +1,6 @@
 """What a design can be turned by: named numbers with a unit and a range.
 
-    KNOBS = (Knob("bandwidth_1", "rad/s", 10.0, 200.0, True),)
+KNOBS = (Knob("bandwidth_1", "rad/s", 10.0, 200.0, True),)
 """
 
 from typing import NamedTuple

@@ -22,14 +22,12 @@ from controllers.errors import ControllerError
 from controllers.model_based.model import Space
 from controllers.series import Array
 
-TOLERANCE = 0.05
+TOLERANCE = 0.1
 """Relative, of the search for gamma."""
 ON_AXIS = 1e-9
 """Of real parts of a Hamiltonian's eigenvalues, relative to the largest: those that count as 0."""
 NEGATIVE = 1e-7
 """By how much a solution's least eigenvalue may lie below zero, relative to the largest."""
-STEPS = 40
-"""Of the search."""
 
 
 class Plant(NamedTuple):
@@ -71,24 +69,23 @@ def synthesised(
     Raises:
         ControllerError: there is none with gamma up to `high`.
     """
-    scaled = _normal(plant)
-    gamma, best = high, central(scaled[0], high)
+    normal, u, y = _normal(plant)
+    gamma, best = high, None
+    while gamma > low * (1.0 + tolerance):
+        middle = float(np.sqrt(low * gamma))
+        if (found := _tried(normal, middle)) is None:
+            low = middle
+        else:
+            gamma, best = middle, found
+    wider = slack * gamma
+    if (best is None or slack > 1.0) and (found := _tried(normal, wider)) is not None:
+        gamma, best = wider, found
     if best is None:
         raise ControllerError(
             f"no controller keeps the norm below {high:g}: something cannot be stabilised by the "
             "torques or seen in the measurements; choose other weights or another model"
         )
-    for _ in range(STEPS):
-        if gamma <= low * (1.0 + tolerance):
-            break
-        middle = float(np.sqrt(low * gamma))
-        if (found := central(scaled[0], middle)) is None:
-            low = middle
-        else:
-            gamma, best = middle, found
-    if slack > 1.0 and (found := central(scaled[0], slack * gamma)) is not None:
-        gamma, best = slack * gamma, found
-    return _unscaled(best, plant.D22, *scaled[1:]), gamma
+    return _unscaled(best, plant.D22, u, y), gamma
 
 
 def _normal(plant: Plant) -> tuple[Plant, Array, Array]:
@@ -118,6 +115,14 @@ def _unscaled(K: Space, D22: Array, u: Array, y: Array) -> Space:
     inner = np.linalg.inv(np.eye(len(D)) + D @ D22)  # u = K (y - D22 u)
     C, D = inner @ C, inner @ D
     return A - B @ D22 @ C, B - B @ D22 @ D, C, D
+
+
+def _tried(plant: Plant, gamma: float) -> Space | None:
+    """Return the central controller, None also where a matrix on the way is singular."""
+    try:
+        return central(plant, gamma)
+    except LinAlgError:
+        return None
 
 
 def central(plant: Plant, gamma: float) -> Space | None:

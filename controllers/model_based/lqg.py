@@ -5,10 +5,11 @@
 What is estimated are *deviations*: the arm's state less that of the arm moved rigidly with its
 reference. Their angles are -e1 and -e2, their deflection is v, so the filter needs no reference.
 It pays for that: a reference that accelerates pushes the deviations, by -E times its acceleration,
-which the filter counts as noise, like the friction's torques. Both are assumed white, of the size
-that gives the rigid arm's filter the bandwidth `observer`; measurement noise is the model's: half an
-encoder's count, uniform, and v's. Delay is in the model's states, the torques on their way, which
-the filter knows without error. Errors are integrated exactly, outside of the filter.
+which the filter counts as noise, like the friction's torques. Both are assumed white and as large
+as one another, of the size that gives the rigid arm's filter the bandwidth `observer`; measurement
+noise is the model's: an encoder's rounding, uniform, and v's. Delay is in the model's states, the
+torques on their way, which the filter knows without error. Errors are integrated exactly, outside
+of the filter.
 
 Minimised is the sum over the samples of
 
@@ -44,7 +45,7 @@ KNOBS = (
     Knob("integral", "-", 1e-3, 0.3, True),
     Knob("aim", "-", -1.0, 1.0, False),
     Knob("vibration", "-", 0.01, 3.0, True),
-    Knob("observer", "rad/s", 100.0, 2000.0, True),
+    Knob("observer", "rad/s", 150.0, 2000.0, True),
 )
 """Both joints' bandwidths; integral action as a share of them; share of v/(r+L) in joint 2's error;
 weight of the beam's rate; bandwidth of the Kalman filter."""
@@ -110,7 +111,7 @@ def observer_gain(model: LinearModel, observer: float) -> Array:
     Raises:
         ControllerError: the Riccati equation has no solution to working precision.
     """
-    size = observer**2 * model.noise[:2]  # [rad/s2] rms of accelerations
+    size = observer**2 * model.noise[:2] / np.sqrt(2.0)  # [rad/s2] rms, of either half
     drive = np.hstack([model.B @ (model.J * size), model.E * size])  # (n, 4)
     return filter_gain(model.A, drive @ drive.T, model.C, np.diag(model.noise**2))
 

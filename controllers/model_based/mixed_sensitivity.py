@@ -6,7 +6,7 @@
 Both joints at once, since the arm's inertia couples them: from (e1, e2, v) and the integrals of the
 errors to two torques. Kept small is the norm from
 
-    torques at the input, (J w^2) d; accelerations of the reference, w^2 r; noise of what is measured
+    torques at the input, (J w^2) d; accelerations of the reference, w^2 r; noise of measurements
 
 to the joints' errors, (1 + integral w_j/s) (e + aim v/(r+L) (0, 1)), which weighs S on the
 reference and G S on the torques, and to the torques over J w^2, times a weight that rises from 1 at
@@ -47,7 +47,7 @@ from controllers.model_based.model import (
     unit_torques,
     without_unstable_poles,
 )
-from controllers.model_based.reduction import bounds, hankel_values, truncated
+from controllers.model_based.reduction import Balanced, balanced
 from controllers.series import Array
 
 KNOBS = (
@@ -55,8 +55,8 @@ KNOBS = (
     Knob("bandwidth_2", "rad/s", 20.0, 150.0, True),
     Knob("integral", "-", 1e-3, 0.3, True),
     Knob("aim", "-", -1.0, 1.0, False),
-    Knob("observer", "rad/s", 100.0, 2000.0, True),
-    Knob("roll_off", "rad/s", 300.0, 3000.0, True),
+    Knob("observer", "rad/s", 150.0, 2000.0, True),
+    Knob("roll_off", "rad/s", 150.0, 3000.0, True),
     Knob("decay", "1/s", 0.1, 5.0, True),
 )
 """Both joints' bandwidths; integral action as a share of them; share of v/(r+L) in joint 2's error;
@@ -118,15 +118,20 @@ def designed(knobs: Sequence[float], model: LinearModel) -> Designed:
     A, B, C, D = inner
     inner = shrunk * A, shrunk * B, C, D  # back on the true circle
     noise, units = noises(model, w, observer), unit_torques(model, (w1, w2))
-    scaled = inner[0], inner[1] * noise, np.linalg.solve(units, C), np.linalg.solve(units, D) * noise
+    scaled = (
+        inner[0],
+        inner[1] * noise,
+        np.linalg.solve(units, C),
+        np.linalg.solve(units, D) * noise,
+    )
     whole = without_unstable_poles(_with_integrators(inner, model.period), "H-infinity controller")
-    for order, bound in _orders(scaled):
-        small, _ = truncated(scaled, order)
-        small = small[0], small[1] / noise, units @ small[2], units @ small[3] / noise
-        controller = without_unstable_poles(
-            _with_integrators(small, model.period), "reduced H-infinity controller"
-        )
-        if spectral_radius(closed_loop(controller, model)) <= shrunk**KEPT:
+    found = balanced(scaled)
+    for order in _orders(found):
+        A, B, C, D = found.truncated(order)
+        small = A, B / noise, units @ C, units @ D / noise
+        controller = _holding(_with_integrators(small, model.period), model, shrunk**KEPT)
+        if controller is not None:
+            bound = float(found.bounds[order])
             return Designed(controller, whole, gamma, order, bound, plant, inner)
     raise ControllerError(
         "the H-infinity controller of these knobs does not hold its own model to working "
@@ -134,12 +139,21 @@ def designed(knobs: Sequence[float], model: LinearModel) -> Designed:
     )
 
 
-def _orders(scaled: Space) -> list[tuple[int, float]]:
-    """Return the orders to try, least first, with their bounds."""
-    values = hankel_values(scaled)
-    bound = bounds(values)
-    first = int(np.argmax(bound <= ERROR * values[0]))
-    return [(order, float(bound[order])) for order in range(first, len(values) + 1)]
+def _orders(found: Balanced) -> range:
+    """Return the orders to try, least first."""
+    first = int(np.argmax(found.bounds <= ERROR * found.values[0]))
+    return range(first, len(found.values) + 1)
+
+
+def _holding(controller: Space, model: LinearModel, radius: float) -> Space | None:
+    """Return a controller, rounded, None if its loop has a pole beyond a radius or it one of its
+    own beyond 1.
+    """
+    try:
+        controller = without_unstable_poles(controller, "controller")
+    except ControllerError:
+        return None
+    return controller if spectral_radius(closed_loop(controller, model)) <= radius else None
 
 
 def _sampled_controller(plant: Plant, rate: float) -> tuple[Space, float]:

@@ -20,7 +20,7 @@ from controllers.series import Array
 Space: TypeAlias = tuple[Array, Array, Array, Array]
 
 DIGITS = 10
-"""Significant digits of designed coefficients: a linear algebra library's last bits are left out."""
+"""Significant digits of designed coefficients: linear algebra's last bits are left out."""
 OUTSIDE = 1e-9
 """By how much a pole may lie outside of the unit circle and still count as on it."""
 SIGNS = np.array([-1.0, -1.0, 1.0])
@@ -46,7 +46,7 @@ class LinearModel(NamedTuple):
     """(n, 2) what a period of each joint's unit acceleration, of the whole arm rigidly, adds to the
     states; less that is what a reference that accelerates does to deviations from it."""
     noise: Array
-    """(3,) rms of what measurements of theta1, theta2 [rad] and v [m] are off by, all above zero."""
+    """(3,) rms of what theta1, theta2 [rad] and v [m] are measured off by, all above zero."""
 
 
 def delayed(model: LinearModel, samples: int) -> LinearModel:

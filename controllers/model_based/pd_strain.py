@@ -40,8 +40,8 @@ KNOBS = (
     Knob("rate", "-", -1.0, 1.0, False),
     Knob("share_1", "-", -1.0, 1.0, False),
 )
-"""Both joints' bandwidths and damping ratios, the arm taken as rigid; the corner of all derivatives'
-filters; shares of v and of its rate in joint 2's error, and of joint 1 in that torque."""
+"""Both joints' bandwidths and damping ratios, the arm taken as rigid; the corner of all filters of
+derivatives; shares of v and of its rate in joint 2's error, and of joint 1 in that torque."""
 
 
 def design(knobs: Sequence[float], model: LinearModel) -> Space:
