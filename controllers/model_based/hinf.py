@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, schur
 
 from controllers.errors import ControllerError
-from controllers.model_based.model import Space
+from controllers.model_based.model import Space, solved
 from controllers.series import Array
 
 TOLERANCE = 0.1
@@ -148,15 +148,15 @@ def central(plant: Plant, gamma: float) -> Space | None:
     Y = _stabilising(A.T, C.T, B1.T, Dw.T, Rw)
     if Y is None or np.abs(np.linalg.eigvals(X @ Y)).max() >= gamma**2:
         return None
-    F = -np.linalg.solve(R, D1.T @ C1 + B.T @ X)  # (m1 + m2, n)
-    L = -np.linalg.solve(Rw, (B1 @ Dw.T + Y @ C.T).T).T  # (n, p1 + p2)
+    F = -solved(R, D1.T @ C1 + B.T @ X)  # (m1 + m2, n)
+    L = -solved(Rw, (B1 @ Dw.T + Y @ C.T).T).T  # (n, p1 + p2)
     F12, F2, L12, L2 = F[a:m1], F[m1:], L[:, b:p1], L[:, p1:]
-    Z = np.linalg.inv(np.eye(len(A)) - Y @ X / gamma**2)
+    Z = np.linalg.inv(np.eye(len(A)) - Y @ X / gamma**2)  # (n, n)
     K11, K12, K21 = _direct(D11, a, b, gamma)
     Bk2, Ck2 = Z @ (B2 + L12) @ K12, -K21 @ (C2 + F12)
-    Bk = -Z @ L2 + Bk2 @ np.linalg.solve(K12, K11)
-    Ck = F2 + K11 @ np.linalg.solve(K21, Ck2)
-    return A + B @ F + Bk @ np.linalg.solve(K21, Ck2), Bk, Ck, K11
+    Bk = -Z @ L2 + Bk2 @ solved(K12, K11)
+    Ck = F2 + K11 @ solved(K21, Ck2)
+    return A + B @ F + Bk @ solved(K21, Ck2), Bk, Ck, K11
 
 
 def _direct(D11: Array, a: int, b: int, gamma: float) -> tuple[Array, Array, Array]:
@@ -164,10 +164,11 @@ def _direct(D11: Array, a: int, b: int, gamma: float) -> tuple[Array, Array, Arr
     D1111, D1112, D1121, D1122 = D11[:b, :a], D11[:b, a:], D11[b:, :a], D11[b:, a:]
     rows = gamma**2 * np.eye(b) - D1111 @ D1111.T
     columns = gamma**2 * np.eye(a) - D1111.T @ D1111
-    K11 = -D1121 @ D1111.T @ np.linalg.solve(rows, D1112) - D1122
-    K12 = np.eye(len(D1121)) - D1121 @ np.linalg.solve(columns, D1121.T)
-    K21 = np.eye(D1112.shape[1]) - D1112.T @ np.linalg.solve(rows, D1112)
-    return K11, np.linalg.cholesky(K12), np.linalg.cholesky(K21).T
+    K11 = -D1121 @ D1111.T @ solved(rows, D1112) - D1122
+    K12 = np.eye(len(D1121)) - D1121 @ solved(columns, D1121.T)
+    K21 = np.eye(D1112.shape[1]) - D1112.T @ solved(rows, D1112)
+    left, right = (np.asarray(np.linalg.cholesky(part), dtype=float) for part in (K12, K21))
+    return K11, left, right.T
 
 
 def _stabilising(A: Array, B: Array, C: Array, D: Array, R: Array) -> Array | None:
@@ -176,12 +177,12 @@ def _stabilising(A: Array, B: Array, C: Array, D: Array, R: Array) -> Array | No
     Of [A, 0; -C'C, -A'] - [B; -C'D] R^-1 [D'C, B'], whose stable subspace it spans.
     """
     n = len(A)
-    right = np.linalg.solve(R, np.hstack([D.T @ C, B.T]))
+    right = solved(R, np.hstack([D.T @ C, B.T]))
     left = np.vstack([B, -C.T @ D])
     H = np.block([[A, np.zeros((n, n))], [-C.T @ C, -A.T]]) - left @ right
     try:
         T, U, stable = schur(H, sort="lhp")
-        X = np.linalg.solve(U[:n, :n].T, U[n:, :n].T)
+        X = solved(U[:n, :n].T, U[n:, :n].T)
     except (LinAlgError, ValueError):
         return None
     rates = np.abs(np.diag(T))  # real parts: those of a pair stand twice on the diagonal

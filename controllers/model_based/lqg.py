@@ -1,6 +1,6 @@
 """Linear quadratic regulator, integral action and Kalman filter, for the sampled arm and its delay.
 
-    A, B, C, D = design([60.0, 60.0, 0.02, 0.0, 0.3, 300.0], model)
+    A, B, C, D = design([60.0, 60.0, 0.02, 0.0, 0.3, 300.0, 5.0], model)
 
 What is estimated are *deviations*: the arm's state less that of the arm moved rigidly with its
 reference. Their angles are -e1 and -e2, their deflection is v, so the filter needs no reference.
@@ -13,7 +13,7 @@ of the filter.
 
 Minimised is the sum over the samples of
 
-    |e + aim v/(r+L) (0, 1)|^2 + (integral w_j)^2 |integral of e|^2 + |vibration v'/(w_2 (r+L))|^2
+    |e - aim v/(r+L) (0, 1)|^2 + (integral w_j)^2 |integral of e|^2 + |vibration v'/(w_2 (r+L))|^2
         + |torques / (J w^2)|^2
 
 so that a rigid arm has a pole pair at each bandwidth w_j, of damping 1/sqrt(2), and a pole near
@@ -33,6 +33,7 @@ from controllers.model_based.model import (
     LinearModel,
     Space,
     read_knobs,
+    solved,
     unit_torques,
     without_unstable_poles,
 )
@@ -46,9 +47,12 @@ KNOBS = (
     Knob("aim", "-", -1.0, 1.0, False),
     Knob("vibration", "-", 0.01, 3.0, True),
     Knob("observer", "rad/s", 150.0, 2000.0, True),
+    Knob("v_noise", "-", 1.0, 30.0, True),
 )
 """Both joints' bandwidths; integral action as a share of them; share of v/(r+L) in joint 2's error;
-weight of the beam's rate; bandwidth of the Kalman filter."""
+weight of the beam's rate; bandwidth of the Kalman filter; noise of v that it counts with, as a
+multiple of the model's: the less v is believed, the less the filter leans on the modes' exact
+frequencies."""
 
 
 def design(knobs: Sequence[float], model: LinearModel) -> Space:
@@ -61,9 +65,9 @@ def design(knobs: Sequence[float], model: LinearModel) -> Space:
         ControllerError: a knob is missing or out of its range, a Riccati equation has no solution
             to working precision, or the controller would be unstable by itself.
     """
-    w1, w2, integral, aim, vibration, observer = read_knobs(knobs, KNOBS)
+    w1, w2, integral, aim, vibration, observer, v_noise = read_knobs(knobs, KNOBS)
     K = servo_gain(model, (w1, w2), integral, aim, vibration)
-    M = observer_gain(model, observer)
+    M = observer_gain(model, observer, v_noise)
     return without_unstable_poles(compensator(model, K, M), "LQG controller")
 
 
@@ -81,16 +85,26 @@ def servo_gain(
     Raises:
         ControllerError: the Riccati equation has no solution to working precision.
     """
+    seen, over = servo_weights(model, bandwidths, integral, aim, vibration)
+    return regulator(*with_integrals(model), seen.T @ seen, over.T @ over)
+
+
+def servo_weights(
+    model: LinearModel,
+    bandwidths: tuple[float, float],
+    integral: float,
+    aim: float,
+    vibration: float,
+) -> tuple[Array, Array]:
+    """Return what is minimised, of the states (5, n + 2) and of the torques (2, 2)."""
     n, w = len(model.A), np.asarray(bandwidths, dtype=float)
-    Ai, Bi = with_integrals(model)
     error = -model.C[:2].copy()  # (2, n)
     error[1] -= aim / model.reach * model.C[2]
-    rate = model.C[2:] @ (model.A - np.eye(n)) / model.period  # (1, n), v' over the period to come
-    rate *= vibration / (w[1] * model.reach)
+    rate = model.C[2] @ (model.A - np.eye(n)) / model.period  # (n,), v' over the period to come
     seen = np.zeros((5, n + 2))
-    seen[:2, :n], seen[2, :n], seen[3:, n:] = error, rate[0], np.diag(integral * w)
-    over = np.linalg.inv(unit_torques(model, bandwidths))
-    return regulator(Ai, Bi, seen.T @ seen, over.T @ over)
+    seen[:2, :n], seen[3:, n:] = error, np.diag(integral * w)
+    seen[2, :n] = vibration / (w[1] * model.reach) * rate
+    return seen, solved(unit_torques(model, bandwidths), np.eye(2))
 
 
 def with_integrals(model: LinearModel) -> tuple[Array, Array]:
@@ -102,18 +116,20 @@ def with_integrals(model: LinearModel) -> tuple[Array, Array]:
     return A, np.vstack([model.B, np.zeros((2, 2))])
 
 
-def observer_gain(model: LinearModel, observer: float) -> Array:
+def observer_gain(model: LinearModel, observer: float, v_noise: float = 1.0) -> Array:
     """Return M (n, 3), the Kalman filter's gain on what it did not foresee of (-e1, -e2, v).
 
     Args:
         observer: bandwidth [rad/s]; that of a rigid arm whose angles are measured alone.
+        v_noise: factor of the model's noise of v.
 
     Raises:
         ControllerError: the Riccati equation has no solution to working precision.
     """
     size = observer**2 * model.noise[:2] / np.sqrt(2.0)  # [rad/s2] rms, of either half
     drive = np.hstack([model.B @ (model.J * size), model.E * size])  # (n, 4)
-    return filter_gain(model.A, drive @ drive.T, model.C, np.diag(model.noise**2))
+    noise = model.noise * np.array([1.0, 1.0, v_noise])
+    return filter_gain(model.A, drive @ drive.T, model.C, np.diag(noise**2))
 
 
 def compensator(model: LinearModel, K: Array, M: Array) -> Space:

@@ -1,17 +1,18 @@
 """H-infinity mixed sensitivity for the sampled arm and its delay, its order reduced.
 
-    A, B, C, D = design([60.0, 60.0, 0.05, 0.0, 300.0, 1000.0, 0.5], model)
+    A, B, C, D = design([60.0, 60.0, 0.05, 0.0, 300.0, 5.0, 1000.0, 0.5], model)
     found = designed(knobs, model)       # with gamma, the bound of the reduction, and the whole one
 
 Both joints at once, since the arm's inertia couples them: from (e1, e2, v) and the integrals of the
-errors to two torques. Kept small is the norm from
+errors to two torques. In the problem's form of four blocks, kept small is the norm from
 
-    torques at the input, (J w^2) d; accelerations of the reference, w^2 r; noise of measurements
+    torques at the input, (J w^2) d, and noise of what is measured
 
-to the joints' errors, (1 + integral w_j/s) (e + aim v/(r+L) (0, 1)), which weighs S on the
-reference and G S on the torques, and to the torques over J w^2, times a weight that rises from 1 at
-`roll_off` to TOP at TOP times that, which weighs K S on the noise and T on the torques. With
-disturbances at the input the controller damps the beam's modes rather than cancels them.
+to the joints' errors, (1 + integral w_j/s) (e - aim v/(r+L) (0, 1)), which weighs G S on the
+torques and T on the noise, and to the torques over J w^2, times a weight that rises from 1 at
+`roll_off` to TOP at TOP times that, which weighs K S on the noise and T on the torques. S itself is
+weighed through G S: where G has the slope 1/(J s^2), keeping G S J w^2 small keeps S below (s/w)^2.
+With disturbances at the input the controller damps the beam's modes rather than cancels them.
 
 The usual care for poles on the imaginary axis, the rigid joints', and for the integrators: the
 integrals are measured, so that no weight has a pole that the controller does not see; and the unit
@@ -23,9 +24,9 @@ sampled by its inverse. Balanced truncation then drops the states that matter le
 its error, as long as the whole loop still decays by KEPT of `decay`; integrators are kept.
 
 Source: H. Kwakernaak, Robust control and H-infinity optimization - tutorial paper, Automatica 29
-(1993) 255-273, for mixed sensitivity and cancelled poles; M. G. Safonov, Imaginary-axis zeros in
-multivariable H-infinity optimal control, 1987, for the shift of the axis; both from memory, not
-checked against the prints. Weights of our own.
+(1993) 255-273, for mixed sensitivity and the poles it cancels; M. G. Safonov, Imaginary-axis zeros
+in multivariable H-infinity optimal control, 1987, for shifting the axis; what they say is from
+memory, not checked against the prints. Weights of our own.
 """
 
 from collections.abc import Sequence
@@ -43,6 +44,7 @@ from controllers.model_based.model import (
     Space,
     closed_loop,
     read_knobs,
+    solved,
     spectral_radius,
     unit_torques,
     without_unstable_poles,
@@ -56,11 +58,13 @@ KNOBS = (
     Knob("integral", "-", 1e-3, 0.3, True),
     Knob("aim", "-", -1.0, 1.0, False),
     Knob("observer", "rad/s", 150.0, 2000.0, True),
+    Knob("v_noise", "-", 1.0, 30.0, True),
     Knob("roll_off", "rad/s", 150.0, 3000.0, True),
     Knob("decay", "1/s", 0.1, 5.0, True),
 )
 """Both joints' bandwidths; integral action as a share of them; share of v/(r+L) in joint 2's error;
-where noise outweighs disturbances; where the torques' weight rises; least decay of the loop."""
+where noise outweighs disturbances; noise of v as a multiple of what the model has beside that of
+angles; where the torques' weight rises; least decay of the loop."""
 
 TOP = 10.0
 """By how much the torques' weight rises."""
@@ -109,30 +113,34 @@ def designed(knobs: Sequence[float], model: LinearModel) -> Designed:
         ControllerError: a knob is missing or out of its range, nothing stabilises the loop, or the
             controller would be unstable by itself.
     """
-    w1, w2, integral, aim, observer, roll_off, decay = read_knobs(knobs, KNOBS)
+    w1, w2, integral, aim, observer, v_noise, roll_off, decay = read_knobs(knobs, KNOBS)
     w = np.array([w1, w2])
     shrunk = float(np.exp(-decay * model.period))
-    plant = generalised(model, w, integral, aim, observer, roll_off, shrunk)
+    noise, units = noises(model, w, observer, v_noise), unit_torques(model, (w1, w2))
+    plant = generalised(model, w, integral, aim, noise, roll_off, shrunk)
     rate = 2.0 / (model.period * float(np.sqrt(w1 * w2)))  # time in units of the bandwidths
     inner, gamma = _sampled_controller(plant, rate)
     A, B, C, D = inner
     inner = shrunk * A, shrunk * B, C, D  # back on the true circle
-    noise, units = noises(model, w, observer), unit_torques(model, (w1, w2))
-    scaled = (
-        inner[0],
-        inner[1] * noise,
-        np.linalg.solve(units, C),
-        np.linalg.solve(units, D) * noise,
-    )
     whole = without_unstable_poles(_with_integrators(inner, model.period), "H-infinity controller")
-    found = balanced(scaled)
+    controller, order, bound = _reduced(inner, noise, units, model, shrunk**KEPT)
+    return Designed(controller, whole, gamma, order, bound, plant, inner)
+
+
+def _reduced(
+    inner: Space, noise: Array, units: Array, model: LinearModel, radius: float
+) -> tuple[Space, int, float]:
+    """Return the controller of the fewest states whose loop has no pole beyond a radius, how many
+    they are without the integrators, and the bound on what is left out.
+    """
+    A, B, C, D = inner
+    found = balanced((A, B * noise, solved(units, C), solved(units, D) * noise))
     for order in _orders(found):
         A, B, C, D = found.truncated(order)
-        small = A, B / noise, units @ C, units @ D / noise
-        controller = _holding(_with_integrators(small, model.period), model, shrunk**KEPT)
+        small = _with_integrators((A, B / noise, units @ C, units @ D / noise), model.period)
+        controller = _holding(small, model, radius)
         if controller is not None:
-            bound = float(found.bounds[order])
-            return Designed(controller, whole, gamma, order, bound, plant, inner)
+            return controller, order, float(found.bounds[order])
     raise ControllerError(
         "the H-infinity controller of these knobs does not hold its own model to working "
         "precision; choose lower bandwidths"
@@ -167,13 +175,14 @@ def _sampled_controller(plant: Plant, rate: float) -> tuple[Space, float]:
     return to_sampled(found, rate), gamma
 
 
-def noises(model: LinearModel, w: Array, observer: float) -> Array:
+def noises(model: LinearModel, w: Array, observer: float, v_noise: float) -> Array:
     """Return the sizes (5,) of what (e1, e2, v) and the integrals are off by, for disturbances 1.
 
-    Angles: (w/observer)^2, v as the model's noise is to that of angles, integrals: angles over w.
+    Angles: (w/observer)^2; v: v_noise times what the model's noise is to that of angles; integrals:
+    angles over w.
     """
     angles = (w / observer) ** 2
-    v = angles[1] * model.noise[2] / model.noise[1]
+    v = v_noise * angles[1] * model.noise[2] / model.noise[1]
     return np.concatenate([angles, [v], angles / w])
 
 
@@ -182,16 +191,16 @@ def generalised(
     w: Array,
     integral: float,
     aim: float,
-    observer: float,
+    noise: Array,
     roll_off: float,
     shrunk: float,
 ) -> Plant:
     """Return the sampled generalised plant, on a unit circle that is the true one's `shrunk` part.
 
-    Inputs w: (torques, accelerations, noise) (9,). Outputs z: (errors, torques) (4,); y: (e1, e2,
+    Inputs w: (torques, noise) (7,). Outputs z: (errors, torques) (4,); y: (e1, e2,
     v, integrals) (5,). Its states: the model's, the integrals, and two of the torques' weight.
 
-    Args: as the knobs of these names; w (2,) bandwidths.
+    Args: as the knobs of these names; w (2,) bandwidths, noise (5,) see `noises`.
     """
     n, units = len(model.A), unit_torques(model, (float(w[0]), float(w[1])))
     Ai, Bi = with_integrals(model)
@@ -200,8 +209,8 @@ def generalised(
     A = np.zeros((n + 4, n + 4))
     A[: n + 2, : n + 2], A[n + 2 :, n + 2 :] = Ai, f * np.eye(2)
     B2 = np.vstack([Bi, g * over])
-    B1 = np.zeros((n + 4, 9))
-    B1[:n, :2], B1[:n, 2:4] = model.B @ units, model.E * w**2
+    B1 = np.zeros((n + 4, 7))
+    B1[:n, :2] = model.B @ units
     C2 = np.zeros((5, n + 4))
     C2[:3, :n], C2[3:, n : n + 2] = SIGNS[:, None] * model.C, np.eye(2)
     C1 = np.zeros((4, n + 4))
@@ -210,9 +219,9 @@ def generalised(
     C1[:2, n : n + 2] = np.diag(integral * w)
     C1[2:, n + 2 :] = h * np.eye(2)
     D12 = np.vstack([np.zeros((2, 2)), d * over])
-    D21 = np.hstack([np.zeros((5, 4)), np.diag(noises(model, w, observer))])
+    D21 = np.hstack([np.zeros((5, 2)), np.diag(noise)])
     return Plant(
-        A / shrunk, B1 / shrunk, B2 / shrunk, C1, C2, np.zeros((4, 9)), D12, D21, np.zeros((5, 2))
+        A / shrunk, B1 / shrunk, B2 / shrunk, C1, C2, np.zeros((4, 7)), D12, D21, np.zeros((5, 2))
     )
 
 

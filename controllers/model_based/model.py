@@ -1,7 +1,7 @@
 """The linear model that designs are made on, and what all of them need.
 
     model = LinearModel(*model_of(plant, theta2=1.2, hardware=bench))    # flexsim.linear
-    controller = lqg.design([60.0, 60.0, 0.05, 0.0, 0.1, 200.0], model)
+    controller = lqg.design([60.0, 60.0, 0.05, 0.0, 0.1, 200.0, 5.0], model)
 
 A model is of small motions about rest at a pose. Designs read knobs, scaled numbers in stated
 ranges, and give state spaces (A, B, C, D) from (e1, e2, v) to two torques: e the joints' reference
@@ -103,6 +103,11 @@ def unit_torques(model: LinearModel, bandwidths: Sequence[float]) -> Array:
     """
     scaled: Array = model.J * np.square(np.asarray(bandwidths, dtype=float))
     return scaled
+
+
+def solved(A: Array, right: Array) -> Array:
+    """Return the solution of A x = right, an array of double precision."""
+    return np.asarray(np.linalg.solve(A, right), dtype=np.float64)
 
 
 def spectral_radius(A: Array) -> float:
