@@ -105,3 +105,13 @@ def test_roll_off_takes_gain_where_the_model_ends(model: LinearModel) -> None:
         return float(np.linalg.svd(K[:, :, :2], compute_uv=False).max())
 
     assert gain(200.0) < 0.5 * gain(3000.0)
+
+
+def test_the_less_v_is_believed_the_less_it_moves_the_torques(model: LinearModel) -> None:
+    at = np.exp(1j * PERIOD * np.geomspace(20.0, 1000.0, 40))
+
+    def gain(v_noise: float) -> float:
+        K = response(mixed_sensitivity.design(knobs(v_noise=v_noise), model), at)
+        return float(np.linalg.norm(K[:, 1, 2]))
+
+    assert gain(1.0) > 1.5 * gain(30.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from designs import arm_model, response, rigid_model, same_set
+from designs import PERIOD, arm_model, response, rigid_model, same_set
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
@@ -171,3 +171,39 @@ def test_the_tip_is_theta2_and_v_over_the_reach(model: LinearModel) -> None:
     seen, _ = lqg.servo_weights(model, (50.0, 50.0), 0.01, 1.0, 0.5)
     tip = model.C[1] + model.C[2] / model.reach
     assert seen[1, : len(tip)] == pytest.approx(-tip)
+
+
+def test_the_less_v_is_believed_the_less_it_moves_the_estimate(model: LinearModel) -> None:
+    gains = [np.linalg.norm(lqg.observer_gain(model, 400.0, x)[:, 2]) for x in (1.0, 3.0, 30.0)]
+    assert gains[0] > 1.5 * gains[1] > 1.5**2 * gains[2]
+    none = lqg.observer_gain(model, 400.0, 1e4)
+    alone = filter_gain(  # as if v were not measured
+        model.A, *_drive_and_angles(model, 400.0), np.diag(model.noise[:2] ** 2)
+    )
+    assert none[:, :2] == pytest.approx(alone, rel=1e-3, abs=1e-3 * np.abs(alone).max())
+
+
+def _drive_and_angles(
+    model: LinearModel, observer: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    size = observer**2 * model.noise[:2] / np.sqrt(2)
+    drive = np.hstack([model.B @ (model.J * size), model.E * size])
+    return drive @ drive.T, model.C[:2]
+
+
+def test_weight_on_the_beams_rate_makes_less_of_it(model: LinearModel) -> None:
+    """The sum of v'^2 from random states falls, that of everything else grows."""
+    rate = (model.C[2] @ (model.A - np.eye(len(model.A))) / PERIOD)[None, :]
+    rate = np.pad(rate, ((0, 0), (0, 2)))
+    A, B = lqg.with_integrals(model)
+
+    def sums(vibration: float) -> tuple[float, float]:
+        K = lqg.servo_gain(model, (40.0, 40.0), 0.01, 0.0, vibration)
+        loop = A - B @ K
+        shaken = float(np.trace(solve_discrete_lyapunov(loop.T, rate.T @ rate)))
+        seen, over = lqg.servo_weights(model, (40.0, 40.0), 0.01, 0.0, 0.0)
+        rest = seen.T @ seen + K.T @ over.T @ over @ K
+        return shaken, float(np.trace(solve_discrete_lyapunov(loop.T, rest)))
+
+    (much, least), (less, more) = sums(0.01), sums(3.0)
+    assert less < 0.7 * much and more > 1.1 * least
