@@ -53,14 +53,14 @@ from controllers.model_based.reduction import Balanced, balanced
 from controllers.series import Array
 
 KNOBS = (
-    Knob("bandwidth_1", "rad/s", 20.0, 150.0, True),
-    Knob("bandwidth_2", "rad/s", 20.0, 150.0, True),
+    Knob("bandwidth_1", "rad/s", 15.0, 250.0, True),
+    Knob("bandwidth_2", "rad/s", 15.0, 250.0, True),
     Knob("integral", "-", 1e-3, 0.3, True),
     Knob("aim", "-", -1.0, 1.0, False),
-    Knob("observer", "rad/s", 150.0, 2000.0, True),
+    Knob("observer", "rad/s", 80.0, 2000.0, True),
     Knob("v_noise", "-", 1.0, 30.0, True),
     Knob("roll_off", "rad/s", 150.0, 3000.0, True),
-    Knob("decay", "1/s", 0.1, 5.0, True),
+    Knob("decay", "1/s", 0.1, 20.0, True),
 )
 """Both joints' bandwidths; integral action as a share of them; share of v/(r+L) in joint 2's error;
 where noise outweighs disturbances; noise of v as a multiple of what the model has beside that of

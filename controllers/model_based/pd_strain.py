@@ -31,8 +31,8 @@ from controllers.model_based.model import LinearModel, Space, read_knobs, shorte
 from controllers.series import Array
 
 KNOBS = (
-    Knob("bandwidth_1", "rad/s", 20.0, 150.0, True),
-    Knob("bandwidth_2", "rad/s", 20.0, 150.0, True),
+    Knob("bandwidth_1", "rad/s", 15.0, 250.0, True),
+    Knob("bandwidth_2", "rad/s", 15.0, 250.0, True),
     Knob("damping_1", "-", 0.05, 1.0, True),
     Knob("damping_2", "-", 0.05, 1.0, True),
     Knob("filter", "rad/s", 150.0, 1500.0, True),

@@ -75,7 +75,7 @@ def test_a_design_is_the_same_again_and_refuses_wrong_knobs(design) -> None:  # 
     assert B.shape == (len(A), 3) and C.shape == (2, len(A)) and D.shape == (2, 3)
     with pytest.raises(ControllerError, match="knobs are given; give"):
         design.design(knobs[1:], model)
-    with pytest.raises(ControllerError, match="bandwidth_1 is 1 rad/s; give 20 to 150"):
+    with pytest.raises(ControllerError, match="bandwidth_1 is 1 rad/s; give 15 to 250"):
         design.design([1.0, *knobs[1:]], model)
     with pytest.raises(ControllerError, match="bandwidth_1 must be a finite number"):
         design.design([np.nan, *knobs[1:]], model)
