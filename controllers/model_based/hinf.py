@@ -69,7 +69,7 @@ def synthesised(
     Raises:
         ControllerError: there is none with gamma up to `high`.
     """
-    normal, u, y = _normal(plant)
+    normal, u, y = _normal(_scaled(plant))
     gamma, best = high, None
     while gamma > low * (1.0 + tolerance):
         middle = float(np.sqrt(low * gamma))
@@ -86,6 +86,28 @@ def synthesised(
             "torques or seen in the measurements; choose other weights or another model"
         )
     return _unscaled(best, plant.D22, u, y), gamma
+
+
+def _scaled(plant: Plant) -> Plant:
+    """Return a plant whose states are as large as what drives them and what is seen of them.
+
+    Of the arm's, whose states are radians and radians per second, Riccati equations keep two or
+    three more digits so.
+    """
+    A, B1, B2, C1, C2 = plant[:5]
+    driven = np.linalg.norm(np.hstack([B1, B2]), axis=1)
+    seen = np.linalg.norm(np.vstack([C1, C2]), axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = np.sqrt(driven / seen)
+    size = np.where(np.isfinite(size) & (size > 0.0), size, 1.0)  # (n,)
+    return Plant(
+        A * size / size[:, None],
+        B1 / size[:, None],
+        B2 / size[:, None],
+        C1 * size,
+        C2 * size,
+        *plant[5:],
+    )
 
 
 def _normal(plant: Plant) -> tuple[Plant, Array, Array]:

@@ -33,6 +33,7 @@ from controllers.model_based.model import (
     LinearModel,
     Space,
     read_knobs,
+    shortened,
     solved,
     unit_torques,
     without_unstable_poles,
@@ -54,6 +55,9 @@ weight of the beam's rate; bandwidth of the Kalman filter; noise of v that it co
 multiple of the model's: the less v is believed, the less the filter leans on the modes' exact
 frequencies."""
 
+GAIN_DIGITS = 7
+"""Significant digits of the gains, fewer than Riccati equations have on any machine."""
+
 
 def design(knobs: Sequence[float], model: LinearModel) -> Space:
     """Return (A, B, C, D) from (e1, e2, v) to two torques, of n + 2 states.
@@ -66,8 +70,8 @@ def design(knobs: Sequence[float], model: LinearModel) -> Space:
             to working precision, or the controller would be unstable by itself.
     """
     w1, w2, integral, aim, vibration, observer, v_noise = read_knobs(knobs, KNOBS)
-    K = servo_gain(model, (w1, w2), integral, aim, vibration)
-    M = observer_gain(model, observer, v_noise)
+    K = shortened(servo_gain(model, (w1, w2), integral, aim, vibration), GAIN_DIGITS)
+    M = shortened(observer_gain(model, observer, v_noise), GAIN_DIGITS)
     return without_unstable_poles(compensator(model, K, M), "LQG controller")
 
 

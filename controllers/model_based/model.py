@@ -140,11 +140,11 @@ def without_unstable_poles(controller: Space, name: str) -> Space:
     return A, B, C, D
 
 
-def shortened(numbers: Array) -> Array:
-    """Return numbers to DIGITS significant digits each, what is not finite as it is."""
+def shortened(numbers: Array, digits: int = DIGITS) -> Array:
+    """Return numbers to so many significant digits each, what is not finite as it is."""
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.floor(np.log10(np.abs(numbers)))
     known = np.isfinite(size)
-    scale = 10.0 ** (DIGITS - 1 - np.where(known, size, 0.0))
+    scale = 10.0 ** (digits - 1 - np.where(known, size, 0.0))
     with np.errstate(invalid="ignore", over="ignore"):
         return np.asarray(np.where(known, np.round(numbers * scale) / scale, numbers))
