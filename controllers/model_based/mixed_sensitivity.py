@@ -23,6 +23,11 @@ The sampled plant is made continuous by the bilinear map, which keeps norms, and
 sampled by its inverse. Balanced truncation then drops the states that matter least, by the bound of
 its error, as long as the whole loop still decays by KEPT of `decay`; integrators are kept.
 
+Unlike the other designs, this one is not the same to the bit on every machine: a sampled arm, and
+its Riccati equations near the least gamma, keep nine or ten digits. On two kernels of OpenBLAS the
+responses of 22 designs differ by 6e-6 of their size in the median, by 8e-4 at most, reduced ones by
+4e-5 and 1e-3; gamma and orders are equal.
+
 Source: H. Kwakernaak, Robust control and H-infinity optimization - tutorial paper, Automatica 29
 (1993) 255-273, for mixed sensitivity and the poles it cancels; M. G. Safonov, Imaginary-axis zeros
 in multivariable H-infinity optimal control, 1987, for shifting the axis; what they say is from
