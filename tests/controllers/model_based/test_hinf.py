@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from designs import circle, closed, response
 from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
 
 from controllers import ControllerError
 from controllers.model_based.hinf import Plant, central, synthesised, to_continuous, to_sampled
@@ -140,3 +141,26 @@ def test_the_bilinear_map_keeps_norms_and_comes_back() -> None:
     assert response(moved, s[:-1]) == pytest.approx(response(given, z[:-1]), rel=1e-9, abs=1e-9)
     for part, again in zip(given, to_sampled(moved, rate), strict=True):
         assert again == pytest.approx(part, rel=1e-10, abs=1e-12)
+
+
+def test_of_a_huge_gamma_it_is_the_regulator_and_filter_of_lqg() -> None:
+    """H2's: u = F of an estimate, and no direct path but what cancels that from w to z."""
+    rng = np.random.default_rng(4)
+    n, m1, m2, p1, p2 = 3, 3, 1, 3, 1
+    A, B1, B2 = (rng.standard_normal(shape) for shape in ((n, n), (n, m1), (n, m2)))
+    C1, C2 = rng.standard_normal((p1, n)), rng.standard_normal((p2, n))
+    D11 = np.zeros((p1, m1))
+    D11[-1, -1] = 0.7  # from the measurement's noise to the torque's output
+    D12, D21 = np.eye(p1, m2, m2 - p1), np.eye(p2, m1, m1 - p2)
+    found = central(Plant(A, B1, B2, C1, C2, D11, D12, D21, np.zeros((p2, m2))), 1e7)
+    assert found is not None
+    assert found[3] == pytest.approx(-D11[-1:, -1:], abs=1e-9)
+    quiet = central(Plant(A, B1, B2, C1, C2, 0 * D11, D12, D21, np.zeros((p2, m2))), 1e7)
+    assert quiet is not None
+    S = D12.T @ C1, B1 @ D21.T
+    X = solve_continuous_are(A, B2, C1.T @ C1, np.eye(m2), s=C1.T @ D12)
+    Y = solve_continuous_are(A.T, C2.T, B1 @ B1.T, np.eye(p2), s=B1 @ D21.T)
+    F, L = -(S[0] + B2.T @ X), -(S[1] + Y @ C2.T)
+    wanted = A + B2 @ F + L @ C2, -L, F, np.zeros((1, 1))
+    for part, other in zip(quiet, wanted, strict=True):
+        assert part == pytest.approx(other, rel=1e-6, abs=1e-8)

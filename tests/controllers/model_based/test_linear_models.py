@@ -45,6 +45,14 @@ def test_inertia_is_that_of_the_rigid_arm(theta2: float) -> None:
         assert turned == pytest.approx(np.eye(len(turned), 2), abs=1e-9)
 
 
+def test_a_period_of_acceleration_moves_angles_and_rates_alone() -> None:
+    E, m = arm_model(replace(BENCH, delay=0)).E, 7
+    moved = np.flatnonzero(E[:, 0])
+    assert moved.tolist() == [0, m]
+    assert E[[0, m], 0] == pytest.approx([PERIOD**2 / 2, PERIOD], rel=EXACT)
+    assert E[[1, m + 1], 1] == pytest.approx([PERIOD**2 / 2, PERIOD], rel=EXACT)
+
+
 def test_noise_is_an_encoders_and_the_benchs() -> None:
     quantum = 2 * np.pi / 8192
     assert arm_model(BENCH).noise == pytest.approx([quantum / 12**0.5] * 2 + [1e-4], rel=EXACT)

@@ -97,6 +97,32 @@ def test_a_wider_bandwidth_resists_more(model: LinearModel) -> None:
     assert slow[0] < 1e-3 * slow[1]
 
 
+def test_outputs_are_the_errors_and_their_integrals(model: LinearModel) -> None:
+    """Of a state with all joints at rest but one thing moved: what the weights make of it."""
+    w, n = np.array([50.0, 40.0]), len(model.A)
+    plant = mixed_sensitivity.generalised(model, w, 0.1, -0.5, np.ones(5), 500.0, 1.0)
+    x = np.zeros((n + 4, 3))
+    x[0, 0], x[n + 1, 1] = 1.0, 1.0  # theta1; the second integral
+    x[2:5, 2] = 1.0  # modes
+    v = model.C[2, 2:5].sum()
+    wanted = np.array([[-1.0, 0.0], [0.0, 0.1 * 40.0], [0.0, 0.5 / model.reach * v]])
+    assert (plant.C1 @ x)[:2].T == pytest.approx(wanted)
+    assert (plant.C2 @ x)[:, 2] == pytest.approx([0.0, 0.0, v, 0.0, 0.0])
+
+
+def test_the_weight_on_torques_rises_tenfold(model: LinearModel) -> None:
+    plant = mixed_sensitivity.generalised(
+        model, np.array([50.0, 40.0]), 0.1, 0.0, np.ones(5), 50.0, 1.0
+    )
+    units = unit_torques(model, (50.0, 40.0))
+    at = np.exp(1j * PERIOD * np.array([1e-3, 50.0])).tolist()
+    weight = (plant.A[-2:, -2:], plant.B2[-2:], plant.C1[2:, -2:], plant.D12[2:])
+    low, corner, high = response(weight, np.array([*at, -1.0 + 0j])) @ units
+    assert np.abs(low) == pytest.approx(np.eye(2), abs=1e-6)
+    assert np.abs(corner) == pytest.approx(np.sqrt(2 / 1.01) * np.eye(2), abs=1e-3)
+    assert np.abs(high) == pytest.approx(10.0 * np.eye(2), abs=1e-6)
+
+
 def test_roll_off_takes_gain_where_the_model_ends(model: LinearModel) -> None:
     high = np.exp(1j * np.array([2.0, 2.8]))
 
