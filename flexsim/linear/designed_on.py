@@ -5,12 +5,12 @@
     >>> controller = lqg.design(knobs, model)          # for a loop whose v_gain is 0
 
 Of the plant handed in, with its number of modes: whoever wants a design on fewer hands in a plant
-of fewer. The friction of a setting is not in it unless it is given.
+of fewer. The friction of a setting is not in it unless it is given; of strain bridges their filter
+and estimator are, but not their noise.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -62,9 +62,7 @@ def model_of(
     Raises:
         ParameterError: theta2, the period or an option cannot be used.
     """
-    options = LoopOptions(
-        period, 0.0, torque_gain, joint_damping, hardware=replace(hardware.linear)
-    )
+    options = LoopOptions(period, 0.0, torque_gain, joint_damping, hardware=hardware.linear)
     sampled = sampled_plant(plant, theta2, options)
     C = np.array([-1.0, -1.0, 1.0])[:, None] * sampled.C  # errors are less the angles
     turned, J = rigid(sampled.linear)
