@@ -111,6 +111,12 @@ COMMANDS = {  # by name, groups together
         "which fractional filter serves best",
         CONTROLLING,
     ),
+    "arena": Command(
+        "arena.arena",
+        "ArenaConfig",
+        "which class of controllers is best at equal effort, and what holds elsewhere",
+        CONTROLLING,
+    ),
     "rules": Command(
         "rules.rules",
         "RulesConfig",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import studies
-from studies.laboratory import kept
+from studies.laboratory import laboratory
 from studies.tuning.record import DECIDES
 
 ROOT = Path(__file__).parents[1]
@@ -193,6 +193,6 @@ def test_a_tunings_digest_has_all_that_its_result_depends_on() -> None:
 
 def test_kept_runs_digest_has_all_that_they_depend_on() -> None:
     """Whatever runs the laboratory's loops, but for what keeps them."""
-    named = {path for pattern in kept.DECIDES for path in ROOT.glob(pattern)}
-    found = all_imported(["studies.laboratory.loops"], frozenset({"studies.laboratory.kept"}))
+    named = {path for pattern in laboratory.DECIDES for path in ROOT.glob(pattern)}
+    found = all_imported(["studies.laboratory.loops"], frozenset({"studies.core.evidence.kept"}))
     assert found <= named and ROOT / "studies/laboratory/place.py" in found

@@ -15,18 +15,18 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
-from controllers.model_based import LinearModel, lqg, mixed_sensitivity, pd_strain
-from flexsim.linear.designed_on import model_of
-
 from controllers import ControllerError
 from controllers.knobs import Knob
+from controllers.model_based import LinearModel, lqg, mixed_sensitivity, pd_strain
 from controllers.rules import RULES
 from controllers.shaped import FORMS
+from flexsim.linear.designed_on import model_of
 from flexsim.loop.settings import V_GAIN, Setting
 from flexsim.robot import Robot
 from flexsim.shaping.aids import PLAIN
 
 BANDWIDTHS = (15.0, 150.0)  # [rad/s] of every class
+BANDWIDTH_NAMES = ("omega_c_1", "omega_c_2", "bandwidth_1", "bandwidth_2")
 IGNORED = 0.0  # v_gain of loops in which the joints' own angles are controlled
 MODEL = "assumed-modes:3"  # that designers know: the paper's number of modes
 
@@ -92,9 +92,7 @@ def _alike(knobs: Sequence[Knob]) -> tuple[Knob, ...]:
     """Return knobs whose bandwidths have the range of all."""
     low, high = BANDWIDTHS
     return tuple(
-        each._replace(low=low, high=high)
-        if each.name.startswith(("omega_c", "bandwidth"))
-        else each
+        each._replace(low=low, high=high) if each.name in BANDWIDTH_NAMES else each
         for each in knobs
     )
 

@@ -41,14 +41,14 @@ AID_MODEL = "assumed-modes:5"
 
 
 class Tried(NamedTuple):
-    """What came of individuals (K,): the objective [m2 s], index (5) summed, effort, divergence.
+    """What came of individuals (K,): the objective [m2 s], total index (5), effort, divergence.
 
     effort (K,): the largest of variation and rms over what PIDs that ignore v take [-].
     diverged (K,): earliest time, nan where none [s].
     """
 
     objective: Array
-    index: Array
+    total: Array
     effort: Array
     diverged: Array
 
@@ -66,6 +66,7 @@ class Ground:
         plants: the worst of which counts. setting: of all, hardware included.
         trajectories: by name. designer: what is known. model: what references' helps know.
         allowed: (T, 4) of each trajectory: variation, then rms of both torques [N m].
+        middle: theta2 of the pose that designers know [rad].
         aid: of references, unless a class has its own. threads: None for all.
     """
 
@@ -75,6 +76,7 @@ class Ground:
     designer: Designer
     model: Plant
     allowed: Array
+    middle: float
     aid: str = PLAIN
     threads: int | None = None
 
@@ -98,7 +100,7 @@ class Ground:
         middle = extreme_poses(reference(found["circle"], robot.parameters, PERIOD))[1]
         designer = Designer.of(robot, setting, middle, PERIOD)
         model = robot.plant(AID_MODEL, setting)
-        bare = cls(built, setting, found, designer, model, np.zeros((0, 4)), aid, threads)
+        bare = cls(built, setting, found, designer, model, np.zeros((0, 4)), middle, aid, threads)
         plain = replace(
             CLASSES["collocated"], build=lambda knobs, known: COLLOCATED.filters(PERIOD)
         )

@@ -70,6 +70,7 @@ def shares(scores: Array, factors: Sequence[str], seed: int) -> list[ShareRow]:
     drawn.sort(axis=0)
     beyond = max(1, round((1 - LEVEL) / 2 * (RESAMPLES + 1)))
     own = variance_shares(scores)
+    drawn += own - drawn.mean(axis=0)  # fewer different seeds in a draw: less variance of theirs
     names = [*factors, INTERACTIONS, SEED]
     levels = [*cells, int(np.prod(cells)), runs]
     rows = [

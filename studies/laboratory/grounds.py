@@ -17,9 +17,9 @@ from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
 from studies.core.evidence.check_sample import check_sample
 from studies.core.evidence.intervals import known_ends, median_interval, ratio_interval, share_of
+from studies.core.evidence.kept import Kept
 from studies.laboratory.alone import reached, scan
 from studies.laboratory.hypotheses import Hypothesis
-from studies.laboratory.kept import Kept
 from studies.laboratory.loops import Job, loops_of, run_jobs
 from studies.laboratory.place import Place
 from studies.laboratory.rows import (

@@ -26,6 +26,7 @@ from flexsim.arm.chain_design import SEGMENTS
 from flexsim.errors import ParameterError
 from flexsim.loop.settings import DEFAULT_SETTING, setting
 from studies.core.carry_out import Study
+from studies.core.evidence.kept import Kept, forget, going_on
 from studies.core.study_options import LoopOptions, Out, Perturbations, SettingName, check_each_once
 from studies.laboratory.causes import cause_rows
 from studies.laboratory.grounds import (
@@ -39,7 +40,6 @@ from studies.laboratory.grounds import (
     reach_rows,
     run_again,
 )
-from studies.laboratory.kept import Kept, forget, going_on
 from studies.laboratory.linear import growth_rows
 from studies.laboratory.loops import KINDS
 from studies.laboratory.place import Place
@@ -49,6 +49,12 @@ from studies.laboratory.showing import report
 from studies.laboratory.suspects import SUSPECTS, Suspect
 
 SIMULATED = MODES_PLANT, CHAIN = ("assumed-modes", "closed-chain")
+DECIDES = (  # sources that what comes of a run depends on
+    "flexsim/**/*.py",
+    "controllers/**/*.py",
+    *(f"studies/core/{name}.py" for name in ("paper", "evidence/repeats", "evidence/intervals")),
+    *(f"studies/laboratory/{name}.py" for name in ("loops", "place")),
+)
 NARROW = 0.5  # of the decades: the other width that priors are tried with
 
 
@@ -223,7 +229,7 @@ def carried_on(config: LaboratoryConfig, progress: Progress | None = None) -> La
     _check(config.asked())
     if config.quick:
         return run(config, progress)
-    with going_on(config.out, config.force) as kept:
+    with going_on(config.out, DECIDES, config.force) as kept:
         return run(config, progress, kept)
 
 

@@ -27,9 +27,9 @@ from flexsim.loop.settings import V_GAIN
 from flexsim.loop.trajectories import Reference, reference, trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
+from studies.core.evidence.kept import Kept
 from studies.core.evidence.repeats import perturbed
 from studies.core.paper import CASES, case_name
-from studies.laboratory.kept import Kept
 from studies.laboratory.place import Place
 
 AT_ONCE = 1024  # runs of a population: between two moves of the progress bar

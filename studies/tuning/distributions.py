@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -91,17 +91,21 @@ class Draw:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distributions of the ten parameters, in the order of `NAMES`.
+    """Distributions of the ten parameters, or of others that are named.
+
+    Attributes:
+        draws: of each. names: of the parameters, in the same order.
 
     Raises:
-        ParameterError: not ten of them, or all of them fixed.
+        ParameterError: not one for each name, or all of them fixed.
     """
 
     draws: tuple[Draw, ...]
+    names: tuple[str, ...] = field(default=NAMES, kw_only=True)
 
     def __post_init__(self) -> None:
-        if len(self.draws) != len(NAMES):
-            raise ParameterError(f"{len(self.draws)} distributions given; give {len(NAMES)}")
+        if len(self.draws) != len(self.names):
+            raise ParameterError(f"{len(self.draws)} distributions given; give {len(self.names)}")
         if not len(self.free):
             raise ParameterError("every parameter is fixed; leave one or more to be tuned")
 
@@ -121,27 +125,27 @@ class Distribution:
         return np.stack(columns, axis=1)
 
     def parameters(self, coordinates: Array) -> Array:
-        """Return the ten parameters (count, 10) at coordinates (count, F) of the free ones."""
-        full = np.zeros((len(coordinates), len(NAMES)))
+        """Return all parameters (count, N) at coordinates (count, F) of the free ones."""
+        full = np.zeros((len(coordinates), len(self.names)))
         full[:, self.free] = coordinates
         return np.stack([d.value(full[:, j]) for j, d in enumerate(self.draws)], axis=1)
 
     def sample(self, rng: np.random.Generator, count: int) -> Array:
-        """Return random individuals (count, 10)."""
+        """Return random individuals (count, N)."""
         return self.parameters(self.coordinates(rng, count))
 
     def with_draws(self, changes: Mapping[str, Draw]) -> Distribution:
         """Return the distribution with some parameters' draws replaced, by name.
 
         Raises:
-            ParameterError: a name that is not one of the ten.
+            ParameterError: a name that is none of them.
         """
-        unknown = [name for name in changes if name not in NAMES]
+        unknown = [name for name in changes if name not in self.names]
         if unknown:
             raise ParameterError(
-                f"parameter {unknown[0]!r} is unknown; choose from {', '.join(NAMES)}"
+                f"parameter {unknown[0]!r} is unknown; choose from {', '.join(self.names)}"
             )
-        draws = [changes.get(name, draw) for name, draw in zip(NAMES, self.draws, strict=True)]
+        draws = [changes.get(name, draw) for name, draw in zip(self.names, self.draws, strict=True)]
         return replace(self, draws=tuple(draws))
 
     def with_integer_orders(self) -> Distribution:
@@ -154,7 +158,7 @@ class Distribution:
 
     def table(self) -> dict[str, dict[str, list[float]]]:
         """Return the distribution as the TOML file has it."""
-        pairs = zip(NAMES, self.draws, strict=True)
+        pairs = zip(self.names, self.draws, strict=True)
         return {name: {draw.kind: list(draw.numbers)} for name, draw in pairs}
 
 

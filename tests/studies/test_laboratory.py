@@ -25,6 +25,7 @@ from flexsim.loop.trajectories import trajectory
 from flexsim.numerics.clocks import PERIOD
 from flexsim.robot import Robot
 from studies.core.evidence.holding import holdings
+from studies.core.evidence.kept import Kept, folder_of, forget, going_on
 from studies.core.evidence.repeats import perturbed
 from studies.laboratory.alone import Curve, first_of, reached, sizes_of
 from studies.laboratory.causes import SEVERAL, cause_rows, family
@@ -38,8 +39,7 @@ from studies.laboratory.hypotheses import (
     made,
     posteriors,
 )
-from studies.laboratory.kept import Kept, folder_of, forget, going_on
-from studies.laboratory.laboratory import LaboratoryConfig, carried_on, run
+from studies.laboratory.laboratory import DECIDES, LaboratoryConfig, carried_on, run
 from studies.laboratory.linear import crossing, growth_at, growth_rows
 from studies.laboratory.loops import KINDS, Job, _population, loops_of, run_jobs
 from studies.laboratory.place import PER_TURN, Change, Place
@@ -475,22 +475,22 @@ def test_what_is_kept_is_not_run_again_unless_the_sources_are_others(
 
     out = tmp_path / "run"
     for _ in range(2):
-        with going_on(out) as kept:
+        with going_on(out, DECIDES) as kept:
             assert of(kept, "abc").tolist() == of(kept, "abc").tolist() == [3.0, np.inf]
             of(kept, "d")
     assert made == ["abc", "d"]
     for path in folder_of(out).iterdir():
         path.write_bytes(b"no array")
-    with going_on(out) as kept:
+    with going_on(out, DECIDES) as kept:
         assert of(kept, "abc")[0] == 3 and made == ["abc", "d", "abc"]
-        monkeypatch.setattr("studies.laboratory.kept._sources", lambda: "others")
+        monkeypatch.setattr("studies.core.evidence.kept._sources", lambda decides: "others")
         of(kept, "abc")
         assert made[-2:] == ["abc", "abc"]
     (folder_of(out) / "mine.txt").write_text("not theirs")
     forget(out)
     assert [path.name for path in folder_of(out).iterdir()] == ["mine.txt"]
     out.mkdir()
-    with pytest.raises(FlexsimError, match="exists already"), going_on(out):
+    with pytest.raises(FlexsimError, match="exists already"), going_on(out, DECIDES):
         pass
 
 

@@ -1,6 +1,6 @@
 """Runs that are kept while a long study is at work, so that the same command goes on with them.
 
->>> with going_on(Path("runs/laboratory")) as kept:        # doctest: +SKIP
+>>> with going_on(Path("runs/laboratory"), decides=DECIDES) as kept:        # doctest: +SKIP
 ...     found = kept.of(what, lambda: simulated(what))
 
 What is asked names its file: what is run, and the versions and sources that decide what comes of
@@ -36,12 +36,6 @@ from studies.core.version import ROOT
 ENDING = ".begun"  # of the folder's name
 NAME = re.compile(r"[0-9a-f]{32}\.npy")
 MOST = 64 * MIB
-DECIDES = (  # sources that what comes of a run depends on
-    "flexsim/**/*.py",
-    "controllers/**/*.py",
-    *(f"studies/core/{name}.py" for name in ("paper", "evidence/repeats", "evidence/intervals")),
-    *(f"studies/laboratory/{name}.py" for name in ("loops", "place")),
-)
 
 
 @dataclass(frozen=True)
@@ -49,10 +43,12 @@ class Kept:
     """Arrays in a folder, named by what they are of; made when there is the first.
 
     Attributes:
-        folder: of the files. counted: the files that there are, of this command.
+        folder: of the files. decides: patterns of the sources that what comes of a run depends on,
+            from the root. counted: the files that there are, of this command.
     """
 
     folder: Path
+    decides: tuple[str, ...]
     counted: list[Path] = field(default_factory=list)
 
     def of(self, what: str, made: Callable[[], Array]) -> Array:
@@ -61,7 +57,7 @@ class Kept:
         Raises:
             RunError: it cannot be written; and what `made` raises.
         """
-        path = self.folder / f"{_digest(what)}.npy"
+        path = self._path(what)
         with suppress(RunError, ValueError, EOFError):  # there is none, or it is no array
             content = read_regular(path, MOST, "runs that are kept")
             found = np.load(io.BytesIO(content), allow_pickle=False)
@@ -77,19 +73,26 @@ class Kept:
         self.counted.append(path)
         return array
 
+    def has(self, what: str) -> bool:
+        """Return whether there is a file of what is asked."""
+        return self._path(what).is_file()
+
+    def _path(self, what: str) -> Path:
+        return self.folder / f"{_digest(what, self.decides)}.npy"
+
 
 @cache
-def _sources() -> str:
+def _sources(decides: tuple[str, ...]) -> str:
     """Return a digest of the code that decides what comes of a run."""
     digest = hashlib.sha256()
-    for path in sorted(path for pattern in DECIDES for path in ROOT.glob(pattern)):
+    for path in sorted(path for pattern in decides for path in ROOT.glob(pattern)):
         digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
     return digest.hexdigest()
 
 
-def _digest(what: str) -> str:
+def _digest(what: str, decides: tuple[str, ...]) -> str:
     """Return a name for what is asked of these versions and sources."""
-    by = versions() | {"sources": _sources()}
+    by = versions() | {"sources": _sources(decides)}
     by.pop("platform")
     return hashlib.sha256(f"{json.dumps(by)}\n{what}".encode()).hexdigest()[:32]
 
@@ -100,14 +103,17 @@ def folder_of(out: Path) -> Path:
 
 
 @contextmanager
-def going_on(out: Path, force: bool = False) -> Iterator[Kept]:
+def going_on(out: Path, decides: tuple[str, ...], force: bool = False) -> Iterator[Kept]:
     """Give what is kept of a study that will be written to `out`; Ctrl-C says how to go on.
+
+    Args:
+        decides: as of `Kept`. force: whether a run that is there will be replaced.
 
     Raises:
         RunError: as `require_free`: nothing is run for a folder that cannot be written.
     """
     require_free(out, force)
-    kept = Kept(folder_of(out))
+    kept = Kept(folder_of(out), decides)
 
     def interrupted() -> str:
         if not kept.counted:

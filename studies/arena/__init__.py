@@ -1,0 +1,1 @@
+"""Which class of controllers is best at equal effort, and what of it holds elsewhere?"""

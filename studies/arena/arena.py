@@ -1,0 +1,347 @@
+"""Are fractional controllers better on a flexible arm? `flexsim arena`.
+
+>>> result = run(ArenaConfig(quick=True))
+>>> result.verdicts[0].verdict
+
+Every class is tuned with the same algorithm, number of simulations, seeds, ranges and allowed
+effort, on five modes with the bench's hardware; then what was found runs under other conditions and
+on other plants, and nobody is told. A run that was interrupted goes on when the same command is
+given again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from rich.progress import Progress
+
+from flexsim.arm.parameters import Parameters
+from flexsim.errors import ParameterError
+from flexsim.linear.loop_poles import LoopOptions as LinearOptions
+from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
+from flexsim.numerics.types import Array
+from flexsim.robot import Robot
+from studies.arena import report
+from studies.arena.conditions import CONDITIONS, PAYLOADS, Condition, Tuned
+from studies.arena.contestants import CLASSES
+from studies.arena.evaluating import evaluated, workshops
+from studies.arena.ground import Ground, paths, still
+from studies.arena.judging import CORE, Judge
+from studies.arena.loops import margin_row
+from studies.arena.rows import ArenaResult, FrontRow, TunedRow
+from studies.arena.search import (
+    DIVERGED,
+    INDEX,
+    OBJECTIVE,
+    best_of,
+    front,
+    searched,
+)
+from studies.arena.search import (
+    EFFORT as EFFORT_COLUMN,
+)
+from studies.core.carry_out import Study
+from studies.core.evidence.kept import Kept, forget, going_on
+from studies.core.study_options import (
+    Out,
+    SeedOptions,
+    StudyOptions,
+    ThreadOptions,
+    check_each_once,
+)
+
+TUNED_ON = "assumed-modes:5"
+PLANTS = (TUNED_ON, "assumed-modes:8", "closed-chain:6", "closed-chain:10")
+SHORT = {"duration": 1.0, "hold": 0.4}  # [s] of quick runs' trajectories
+DECIDES = (  # sources that what comes of a run depends on
+    "flexsim/**/*.py",
+    "controllers/**/*.py",
+    "studies/spec/*.py",
+    "studies/tuning/*.py",
+    *(f"studies/run/{name}.py" for name in ("batches", "columns", "workers")),
+    *(f"studies/arena/{name}.py" for name in ("contestants", "entry", "ground", "search")),
+)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What else controllers are tuned on, with a few classes and seeds.
+
+    Attributes:
+        name: of the tuning. plants, hardware, aid: instead of the core's. tuner: instead of CMA-ES.
+    """
+
+    name: str
+    plants: tuple[str, ...] = (TUNED_ON,)
+    hardware: str = "bench"
+    aid: str = "plain"
+    tuner: str = "cma"
+
+
+VARIANTS = (
+    Variant("genetic", tuner="genetic"),
+    Variant("true-tip", aid="true-tip"),
+    Variant("feedforward", aid="feedforward"),
+    Variant("worst plant", plants=(TUNED_ON, "closed-chain:10")),
+    Variant("ideal", hardware="ideal"),
+)
+VARIED = ("pid", "oustaloup", "collocated", "lqg")
+
+
+@dataclass(frozen=True)
+class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
+    """Tune every class of controllers alike, and see what holds under which condition."""
+
+    QUICK: ClassVar = {"seeds": 2, "simulations": 20, "repeats": 1, "plants": 3, "twice": 1}
+
+    out: Out = Path("runs/arena")
+    quick: bool = False
+    """Short trajectories, twenty simulations and two seeds of every class: a first impression."""
+    classes: tuple[str, ...] = tuple(CLASSES)
+    """Who competes; see the study's README."""
+    conditions: tuple[str, ...] = tuple(CONDITIONS)
+    """What is other than in the tuning, one thing at a time."""
+    plants: tuple[str, ...] = PLANTS
+    """On which tuned controllers run; the first one is that of the tuning."""
+    seeds: int = 10
+    """Searches of every class."""
+    simulations: int = 2000
+    """Individuals of a search, each on all three trajectories."""
+    repeats: int = 3
+    """Runs of each case, with gains' fourth digits and noise of their own."""
+    twice: int = 1
+    """Seeds whose search goes on to twice as many individuals, to see whether that matters."""
+    variants: int = 0
+    """Seeds of further tunings (the paper's algorithm, other references, the worst of two plants,
+    ideal hardware) of four classes."""
+    workers: int | None = None
+    """Worker processes on this machine instead of threads, for the evaluation."""
+    cluster: str | None = None
+    """A dask scheduler whose workers run the evaluation, such as tcp://host:8786."""
+    dry_run: bool = False
+    """Print how many simulations that is, and do no more."""
+
+    @property
+    def its(self) -> Setting:
+        """Friction and the bench that all are tuned with."""
+        return setting(DEFAULT_SETTING, HARDWARE["bench"])
+
+    @property
+    def short(self) -> dict[str, Any]:
+        """What trajectories have other than the paper's."""
+        return SHORT if self.quick else {}
+
+    @property
+    def chosen(self) -> list[Condition]:
+        """The conditions asked for."""
+        return [CONDITIONS[name] for name in self.conditions]
+
+
+def _check(config: ArenaConfig) -> None:
+    """Refuse what the study cannot be run with.
+
+    Raises:
+        ParameterError: an unknown name, a number out of range, a robot's file.
+    """
+    robot = config.robot_of()
+    if robot.given is not None or robot.link1 is not None or robot.parameters != Parameters():
+        raise ParameterError(
+            "the arena is about the paper's robot, which its controllers are told of; leave out "
+            "--mjcf and --robot"
+        )
+    for what, given, known in (
+        ("class", config.classes, tuple(CLASSES)),
+        ("condition", config.conditions, tuple(CONDITIONS)),
+    ):
+        check_each_once(f"{what}es" if what == "class" else what, given)
+        for name in given:
+            if name not in known:
+                raise ParameterError(f"{what} {name!r} is unknown; choose from {', '.join(known)}")
+    check_each_once("plants", config.plants)
+    for name, least in (("seeds", 1), ("simulations", 20), ("repeats", 1), ("variants", 0)):
+        if getattr(config, name) < least:
+            raise ParameterError(f"{name} is {getattr(config, name)}; give {least} or more")
+    if not 0 <= config.twice <= config.seeds:
+        raise ParameterError(f"twice is {config.twice}; give 0 to the {config.seeds} seeds")
+    if config.workers is not None and config.cluster is not None:
+        raise ParameterError("--workers and --cluster contradict each other; give one of them")
+
+
+def run(
+    config: ArenaConfig, progress: Progress | None = None, kept: Kept | None = None
+) -> ArenaResult:
+    """Return what every class comes to.
+
+    Args:
+        kept: what was run before, and is not run again; None to run it all.
+
+    Raises:
+        ParameterError, ModelError: an unknown name, or a number out of range.
+    """
+    config = config.asked()
+    _check(config)
+    result = ArenaResult(config.plants)
+    tuned: list[Tuned] = []
+    core = Variant(CORE, plants=config.plants[:1])
+    ground = _ground(config, core)
+    _tune(config, core, ground, config.classes, config.seeds, result, tuned, progress, kept)
+    if config.variants:
+        classes = [name for name in VARIED if name in config.classes]
+        for variant in VARIANTS:
+            its = _ground(config, variant)
+            _tune(config, variant, its, classes, config.variants, result, tuned, progress, kept)
+    result.table = evaluated(
+        config.chosen,
+        tuned,
+        config.plants,
+        config.repeats,
+        config.seed,
+        config.short,
+        kept=kept,
+        threads=config.threads,
+        address=config.cluster,
+        workers=config.workers,
+        ran=_bar(progress, "evaluation", _runs(config, tuned) if progress else 0),
+    )
+    names = list(ground.trajectories)
+    judge = Judge(result.table, dict(zip(names, still(ground), strict=True)), config.seed)
+    result.scores = judge.score_rows()
+    result.verdicts = judge.verdict_rows()
+    result.fronts += judge.front_rows()
+    result.shares = judge.share_rows()
+    result.margins = _margins(config, ground, tuned)
+    return result
+
+
+def _ground(config: ArenaConfig, variant: Variant) -> Ground:
+    its = setting(DEFAULT_SETTING, HARDWARE[variant.hardware])
+    found = paths(**config.short)
+    return Ground.of(Robot(), variant.plants, its, found, variant.aid, config.threads)
+
+
+def _bar(progress: Progress | None, label: str, total: int) -> Callable[[int], None]:
+    """Return what moves a bar on, if there is one."""
+    if progress is None:
+        return lambda _: None
+    bar = progress.add_task(label, total=total)
+    return lambda count: progress.advance(bar, count)
+
+
+def _runs(config: ArenaConfig, tuned: list[Tuned]) -> int:
+    """Return how many runs the evaluation has."""
+    its = (config.chosen, tuned, config.plants, config.repeats, config.seed, config.short)
+    return sum(workshop.matrix.runs for _, workshop in workshops(*its))
+
+
+def _tune(
+    config: ArenaConfig,
+    variant: Variant,
+    ground: Ground,
+    classes: Any,
+    seeds: int,
+    result: ArenaResult,
+    tuned: list[Tuned],
+    progress: Progress | None,
+    kept: Kept | None,
+) -> None:
+    """Add what a class's searches find, for every class and seed."""
+    ran = _bar(progress, f"tuning, {variant.name}", len(classes) * seeds)
+    for name in classes:
+        tried: list[Array] = []
+        for seed in range(config.seed, config.seed + seeds):
+            more = variant.name == CORE and seed < config.seed + config.twice
+            budget = config.simulations * (2 if more else 1)
+
+            def made(name: str = name, seed: int = seed, budget: int = budget) -> Array:
+                return searched(ground, CLASSES[name], seed, budget, variant.tuner)
+
+            what = f"{variant} {config.short} {name} {seed} {budget}"
+            found = made() if kept is None else kept.of(what, made)
+            whole, found = found, found[: config.simulations]
+            best = best_of(found)
+            tuned.append(Tuned(name, variant.name, seed, tuple(best[:OBJECTIVE].tolist())))
+            result.tuned.append(_tuned_row(tuned[-1], found, best, whole if more else None))
+            whose = np.full(len(found), float(seed))
+            tried.append(np.column_stack([found[:, EFFORT_COLUMN], found[:, INDEX], whose]))
+            ran(1)
+        if variant.name == CORE:
+            points = np.vstack(tried)
+            for effort, index, seed_of in points[front(points[:, :2])].tolist():
+                its = (name, int(seed_of), "search", "all", ground.plants[0].name)
+                result.fronts.append(FrontRow(*its, effort, index))
+
+
+def _tuned_row(who: Tuned, found: Array, best: Array, whole: Array | None) -> TunedRow:
+    """Return the row of one search."""
+    held = bool(np.isfinite(best[OBJECTIVE]))
+    knobs = zip(CLASSES[who.contestant].knobs, who.knobs, strict=True)
+    twice = None if whole is None else float(best_of(whole)[OBJECTIVE])
+    return TunedRow(
+        who.contestant,
+        who.tuning,
+        who.seed,
+        len(found),
+        float(np.isnan(found[:, DIVERGED]).mean()),
+        float(best[OBJECTIVE]) if held else None,
+        float(best[INDEX]) if held else None,
+        float(best[EFFORT_COLUMN]) if held else None,
+        twice if twice is not None and np.isfinite(twice) else None,
+        ", ".join(f"{knob.name} {value:.4g}" for knob, value in knobs),
+    )
+
+
+def _margins(config: ArenaConfig, ground: Ground, tuned: list[Tuned]) -> Any:
+    """Return what the linear loops of the core's controllers say."""
+    plant = ground.plants[0]
+    p = replace(plant.parameters, payload=PAYLOADS[-1])
+    loaded = Robot.of(parameters=p).plant(config.plants[0], ground.setting)
+    theta2 = ground.middle
+    rows = []
+    for name in config.classes:
+        its = [each for each in tuned if each.contestant == name and each.tuning == CORE]
+        built = [CLASSES[name].built(each.knobs, ground.designer) for each in its]
+        options = LinearOptions(v_gain=CLASSES[name].v_gain, hardware=ground.setting.hardware)
+        rows.append(margin_row(name, built, plant, loaded, theta2, options))
+    return rows
+
+
+def carried_on(config: ArenaConfig, progress: Progress | None = None) -> ArenaResult:
+    """Return what `run` does, going on from what was interrupted; a quick run keeps nothing.
+
+    Raises:
+        RunError: what is run cannot be kept; and what `run` raises.
+    """
+    _check(config.asked())
+    if config.quick:
+        return run(config, progress)
+    with going_on(config.out, DECIDES, config.force) as kept:
+        return run(config, progress, kept)
+
+
+_study = Study(
+    carried_on,
+    report.tables,
+    report.verdict,
+    report.figures,
+    report.facts,
+    lambda folder, config, result: report.write_runs(folder, config, result),
+    question="Are fractional controllers better on a flexible arm, at equal effort?",
+    answer=report.answer,
+)
+
+
+def command(config: ArenaConfig) -> None:
+    """Carry the study out, or say how much that is."""
+    if config.dry_run:
+        its = config.asked()
+        _check(its)
+        report.print_cost(its)
+        return
+    _study(config)
+    if not config.quick:
+        forget(config.out)
