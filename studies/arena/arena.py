@@ -23,12 +23,14 @@ from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.linear.loop_poles import LoopOptions as LinearOptions
 from flexsim.loop.hardware import HARDWARE
+from flexsim.loop.runs import thread_count
 from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
 from flexsim.numerics.types import Array
 from flexsim.robot import Robot
 from studies.arena import report
 from studies.arena.conditions import CONDITIONS, PAYLOADS, Condition, Tuned
 from studies.arena.contestants import CLASSES
+from studies.arena.cost import cost_of, seconds_each
 from studies.arena.evaluating import evaluated, workshops
 from studies.arena.ground import Ground, paths, still
 from studies.arena.judging import CORE, Judge
@@ -39,6 +41,7 @@ from studies.arena.search import (
     INDEX,
     OBJECTIVE,
     best_of,
+    distribution_of,
     front,
     searched,
 )
@@ -46,6 +49,7 @@ from studies.arena.search import (
     EFFORT as EFFORT_COLUMN,
 )
 from studies.core.carry_out import Study
+from studies.core.console import console
 from studies.core.evidence.kept import Kept, forget, going_on
 from studies.core.study_options import (
     Out,
@@ -56,8 +60,8 @@ from studies.core.study_options import (
 )
 
 TUNED_ON = "assumed-modes:5"
-PLANTS = (TUNED_ON, "assumed-modes:8", "closed-chain:6", "closed-chain:10")
-SHORT = {"duration": 1.0, "hold": 0.4}  # [s] of quick runs' trajectories
+PLANTS = (TUNED_ON, "closed-chain:6", "assumed-modes:8", "closed-chain:10")
+SHORT = {"duration": 2.0, "hold": 0.4}  # [s] of quick runs' trajectories
 DECIDES = (  # sources that what comes of a run depends on
     "flexsim/**/*.py",
     "controllers/**/*.py",
@@ -97,7 +101,7 @@ VARIED = ("pid", "oustaloup", "collocated", "lqg")
 class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     """Tune every class of controllers alike, and see what holds under which condition."""
 
-    QUICK: ClassVar = {"seeds": 2, "simulations": 20, "repeats": 1, "plants": 3, "twice": 1}
+    QUICK: ClassVar = {"seeds": 2, "simulations": 20, "repeats": 1, "plants": 2, "conditions": 4}
 
     out: Out = Path("runs/arena")
     quick: bool = False
@@ -120,11 +124,12 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     """Seeds of further tunings (the paper's algorithm, other references, the worst of two plants,
     ideal hardware) of four classes."""
     workers: int | None = None
-    """Worker processes on this machine instead of threads, for the evaluation."""
+    """Worker processes on this machine instead of threads, for the evaluation; none unless given."""
     cluster: str | None = None
-    """A dask scheduler whose workers run the evaluation, such as tcp://host:8786."""
+    """A dask scheduler whose workers run the evaluation, such as tcp://host:8786; this machine
+    unless given."""
     dry_run: bool = False
-    """Print how many simulations that is, and do no more."""
+    """Print what it costs on this machine, and do no more."""
 
     @property
     def its(self) -> Setting:
@@ -323,25 +328,56 @@ def carried_on(config: ArenaConfig, progress: Progress | None = None) -> ArenaRe
         return run(config, progress, kept)
 
 
-_study = Study(
+def _dry(config: ArenaConfig) -> bool:
+    """Say what a run costs here, if that is all that is asked for."""
+    if not config.dry_run:
+        return False
+    its = config.asked()
+    _check(its)
+    ground = _ground(its, Variant(CORE, plants=its.plants[:1]))
+    individuals = {name: (its.seeds + its.twice) * its.simulations for name in its.classes}
+    varied = [name for name in VARIED if name in its.classes]
+    for name in varied:
+        individuals[name] += its.variants * len(VARIANTS) * its.simulations
+    tuned = [_middle(name, CORE, seed) for name in its.classes for seed in range(its.seeds)]
+    tuned += [
+        _middle(name, each.name, seed)
+        for name in varied
+        for each in VARIANTS
+        for seed in range(its.variants)
+    ]
+    each = seconds_each(ground, its.classes, its.seed)
+    found = cost_of(each, individuals, _runs(its, tuned), len(ground.trajectories))
+    console().print(
+        f"{found.individuals:,} individuals to be tried on three trajectories, {found.runs:,} runs "
+        f"of what is found: about {found.seconds / 60:.0f} min on this machine's "
+        f"{config.threads or thread_count()} threads.",
+        soft_wrap=True,
+    )
+    return True
+
+
+def _middle(name: str, tuning: str, seed: int) -> Tuned:
+    """Return a controller in the middle of its knobs' ranges, to be counted."""
+    draws = distribution_of(CLASSES[name])
+    return Tuned(name, tuning, seed, tuple(draws.parameters(np.zeros((1, len(draws.draws))))[0]))
+
+
+def _files(folder: Path, config: ArenaConfig, result: ArenaResult) -> None:
+    """Write the table of all runs; what was kept of them is needed no more."""
+    report.write_runs(folder, result)
+    if not config.quick:
+        forget(config.out)
+
+
+command = Study(
     carried_on,
     report.tables,
     report.verdict,
     report.figures,
     report.facts,
-    lambda folder, config, result: report.write_runs(folder, config, result),
+    _files,
     question="Are fractional controllers better on a flexible arm, at equal effort?",
     answer=report.answer,
+    instead=_dry,
 )
-
-
-def command(config: ArenaConfig) -> None:
-    """Carry the study out, or say how much that is."""
-    if config.dry_run:
-        its = config.asked()
-        _check(its)
-        report.print_cost(its)
-        return
-    _study(config)
-    if not config.quick:
-        forget(config.out)

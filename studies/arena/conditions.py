@@ -83,6 +83,11 @@ def _rest(**more: Any) -> dict[str, Any]:
 _EVERY = (
     Condition(NOMINAL, "as tuned, with other references, on every plant", aids=AIDED, finer=True),
     Condition(
+        "payload",
+        "at the tip",
+        _robots({f"{1e3 * m:.0f} g": {"payload": m} for m in PAYLOADS}),
+    ),
+    Condition(
         "hardware",
         "nothing between arm and controller; no delay; two samples of it; three times the noise",
         {
@@ -96,11 +101,6 @@ _EVERY = (
     ),
     Condition("friction", "none; against the motion", {"settings": ["none", "opposing"]}),
     Condition("damping", "of the beam", _robots({k: {"zeta": z} for k, z in DAMPING.items()})),
-    Condition(
-        "payload",
-        "at the tip",
-        _robots({f"{1e3 * m:.0f} g": {"payload": m} for m in PAYLOADS}),
-    ),
     Condition(
         "stiffness", "of the beam", _robots({k: {"stiffness": f} for k, f in STIFFNESS.items()})
     ),

@@ -20,7 +20,6 @@ from studies.arena.conditions import NOMINAL
 from studies.arena.contestants import CLASSES
 from studies.arena.judging import CORE
 from studies.arena.rows import ArenaResult, ScoreRow
-from studies.core.console import console
 from studies.core.figures import COLOURS, DASHES, canvas, drawn, finish, log_axis
 from studies.core.table import Column, Table
 
@@ -231,7 +230,7 @@ def facts(result: ArenaResult) -> dict[str, Any]:
     return {"plants": list(result.plants), "runs": result.table.num_rows}
 
 
-def write_runs(folder: Path, config: Any, result: ArenaResult) -> None:
+def write_runs(folder: Path, result: ArenaResult) -> None:
     """Write the table of all runs."""
     with replacing(folder / RESULTS, "the results") as path:
         pq.write_table(result.table, path, compression="zstd")
@@ -296,21 +295,3 @@ def fronts_figure(result: ArenaResult) -> Figure:
         "dominates. Effort is the largest of total variation and rms of either torque."
     )
     return finish(figure, panels.ravel(), legend=4, caption=caption)
-
-
-def print_cost(config: Any) -> None:
-    """Print how many simulations a study has, and how long their trajectories are."""
-    from studies.arena.arena import VARIANTS, VARIED
-    from studies.arena.ground import paths, seconds
-
-    length = sum(seconds(each) for each in paths(**config.short).values())
-    core = len(config.classes) * (config.seeds + config.twice) * config.simulations
-    few = len([name for name in VARIED if name in config.classes])
-    more = few * config.variants * len(VARIANTS) * config.simulations
-    controllers = len(config.classes) * config.seeds + few * config.variants * len(VARIANTS)
-    console().print(
-        f"Tuning: {core + more:,} individuals, each {length:g} s of motion on three trajectories; "
-        f"evaluation of {controllers} controllers under {len(config.conditions)} conditions, "
-        f"{config.repeats} repeats.",
-        soft_wrap=True,
-    )

@@ -89,6 +89,7 @@ class Study(Generic[Config, Result]):
         question: that the verdict answers, a sentence.
         answer: as the run keeps it, if notes of the tables say a part of it; the verdict unless
             given.
+        instead: does what else may be asked for, such as a dry run; returns whether it was.
     """
 
     run: Callable[[Config, Progress | None], Result]
@@ -99,6 +100,7 @@ class Study(Generic[Config, Result]):
     files: Callable[[Path, Config, Result], object] = nothing
     question: str = field(kw_only=True)
     answer: Callable[[Result], str] | None = field(default=None, kw_only=True)
+    instead: Callable[[Config], bool] = field(default=lambda _: False, kw_only=True)
 
     def __call__(self, config: Config) -> None:
         """Carry the study out, and print what it found.
@@ -106,6 +108,8 @@ class Study(Generic[Config, Result]):
         Raises:
             RunError: as `run_folder`; and what `run` raises.
         """
+        if self.instead(config):
+            return
         result = self.carried_out(config)
         if config.json:
             print(self.as_json(config, result))

@@ -21,8 +21,8 @@ from studies.core.table import Column, Table
 from studies.main import COMMANDS, main
 
 STUDIES = (
-    *("compare", "converge", "laboratory", "ladder", "misprints", "pid-question", "realisations"),
-    *("reconstruct", "rules", "screening", "stability", "structures", "tables"),
+    *("arena", "compare", "converge", "laboratory", "ladder", "misprints", "pid-question"),
+    *("realisations", "reconstruct", "rules", "screening", "stability", "structures", "tables"),
 )
 FILES = ("run", "check")  # of a study file, which has the options that studies share
 SHARED = ("--out", "--force", "--quick", "--json", "--mjcf", "--beam", "--format")

@@ -23,9 +23,9 @@ FILES = sorted((Path(__file__).parents[3] / "studies" / "files").glob("*.toml"))
 SLOW = ("one-link", "two-flexible")  # long holds; a minute of compiling for two beams
 
 
-def test_they_are_eight() -> None:
+def test_they_are_nine() -> None:
     assert [path.stem for path in FILES] == [
-        *("damping", "integrators", "monte-carlo", "one-link", "paper", "payloads"),
+        *("arena", "damping", "integrators", "monte-carlo", "one-link", "paper", "payloads"),
         *("two-flexible", "waypoints"),
     ]
 
