@@ -124,7 +124,7 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     """Seeds of further tunings (the paper's algorithm, other references, the worst of two plants,
     ideal hardware) of four classes."""
     workers: int | None = None
-    """Worker processes on this machine instead of threads, for the evaluation; none unless given."""
+    """Worker processes on this machine instead of threads, for the evaluation."""
     cluster: str | None = None
     """A dask scheduler whose workers run the evaluation, such as tcp://host:8786; this machine
     unless given."""
