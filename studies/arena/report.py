@@ -284,7 +284,8 @@ def fronts_figure(result: ArenaResult) -> Figure:
     for k, name in enumerate(dict.fromkeys(row.contestant for row in rows)):
         its = sorted((row.effort, row.index) for row in rows if row.contestant == name)
         efforts, indices = np.array(its).T
-        how = {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k % len(DASHES)]}
+        dash = DASHES[k // len(COLOURS) % len(DASHES)]
+        how = {"color": COLOURS[k % len(COLOURS)], "linestyle": dash}
         axes.plot(efforts, 1e4 * indices, drawstyle="steps-post", label=name, **how)
     axes.set(xscale="log", yscale="log", xlabel="effort over that of PIDs that ignore v")
     axes.set(ylabel="index (5) [1e-4 m\u00b2 s]")
