@@ -114,7 +114,7 @@ COMMANDS = {  # by name, groups together
     "arena": Command(
         "arena.arena",
         "ArenaConfig",
-        "which class of controllers is best at equal effort, and what holds elsewhere",
+        "the best class of controllers, at equal effort",
         CONTROLLING,
     ),
     "rules": Command(

@@ -218,6 +218,7 @@ def run(
     result.scores = judge.score_rows()
     result.verdicts = judge.verdict_rows()
     result.fronts += judge.front_rows()
+    result.profiles = judge.profile_rows()
     result.shares = judge.share_rows()
     result.margins = _margins(config, ground, tuned)
     return result

@@ -19,7 +19,7 @@ from flexsim.numerics.types import Array
 from flexsim.shaping.aids import PLAIN
 from studies.arena.conditions import NOMINAL
 from studies.arena.contestants import CLASSES
-from studies.arena.rows import FrontRow, ScoreRow, VerdictRow
+from studies.arena.rows import FrontRow, ProfileRow, ScoreRow, VerdictRow
 from studies.arena.scoring import (
     Estimate,
     decades,
@@ -27,6 +27,7 @@ from studies.arena.scoring import (
     estimated,
     improvement,
     interquartile_mean,
+    profile,
 )
 from studies.arena.search import front
 from studies.arena.shares import ShareRow, shares
@@ -50,6 +51,7 @@ PAIRS = (  # factor, first, second
     ("rule", "five", "collocated-fractional"),
     ("rule", "valerio-s", "collocated-fractional"),
 )
+LEVELS = 60  # of a performance profile
 FACTORIAL = (("pid", "oustaloup"), ("collocated", "collocated-fractional"))  # structure x order
 KEYS = (  # of runs that are one case
     *("class", "tuning", "condition", "plant", "reference"),
@@ -184,7 +186,7 @@ class Judge:
                 elsewhere = self.usual(contestant, other)
                 if elsewhere.any() and plain.any():
                     rows.append(self._pair("model", *names, other, elsewhere, plain))
-        return rows
+        return rows + self._tunings()
 
     def _pair(
         self, factor: str, first: str, second: str, plant: str, one: Mask, other: Mask
@@ -194,6 +196,37 @@ class Judge:
 
         apart = estimated(difference, samples, self.seed)
         return VerdictRow(factor, first, second, plant, *chance, *apart, said(chance))
+
+    def _tunings(self) -> list[VerdictRow]:
+        """Return what other tunings are worth, against the core's of the same seeds."""
+        rows = []
+        names = zip(self.of["class"].tolist(), self.of["tuning"].tolist(), strict=True)
+        for contestant, tuning in dict.fromkeys(names):
+            if tuning == CORE:
+                continue
+            own = self.where(**{"class": contestant, "tuning": tuning})
+            seeds = np.isin(self.of["seed"], self.of["seed"][own])
+            for plant in self.plants:
+                its = {"condition": NOMINAL, "plant": plant}
+                reference = self.own_reference(contestant)
+                other = own & self.where(**its, reference=reference)
+                usual = self.usual(contestant, plant) & seeds
+                if other.any() and usual.any():
+                    label = f"{contestant}, {tuning}", f"{contestant}, {CORE}"
+                    rows.append(self._pair("tuning", *label, plant, other, usual))
+        return rows
+
+    def profile_rows(self) -> list[ProfileRow]:
+        """Return the performance profiles of all classes on all plants."""
+        most = float(self.scores[self.scored].max(initial=0.0))
+        levels = np.linspace(0.0, most, LEVELS)
+        return [
+            ProfileRow(name, plant, float(level), float(share))
+            for name in dict.fromkeys(self.of["class"].tolist())
+            for plant in self.plants
+            if (its := self.usual(name, plant)).any()
+            for level, share in zip(levels, profile(self.scores[its], levels), strict=True)
+        ]
 
     # --- fronts and shares ----------------------------------------------------------------------
 

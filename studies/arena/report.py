@@ -166,6 +166,7 @@ def tables(result: ArenaResult) -> list[Table]:
         Table(result.tuned, key="tuned", file="tuned.csv"),
         Table(result.scores, key="scores", file="scores.csv"),
         Table(result.fronts, key="fronts", file="fronts.csv"),
+        Table(result.profiles, key="profiles", file="profiles.csv"),
     ]
 
 
@@ -239,6 +240,7 @@ def write_runs(folder: Path, result: ArenaResult) -> None:
 def figures(result: ArenaResult) -> Iterator[tuple[str, Figure]]:
     """Give scores with their intervals, and fronts of error against effort."""
     yield "scores", scores_figure(result)
+    yield "profiles", profiles_figure(result)
     if any(row.condition == "search" for row in result.fronts):
         yield "fronts", fronts_figure(result)
 
@@ -275,6 +277,39 @@ def scores_figure(result: ArenaResult) -> Figure:
     return finish(figure, panels.ravel(), legend=4, caption=caption)
 
 
+def _look(k: int) -> dict[str, Any]:
+    """Return how the k-th of many lines is drawn."""
+    dash = DASHES[k // len(COLOURS) % len(DASHES)]
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": dash}
+
+
+@drawn
+def profiles_figure(result: ArenaResult) -> Figure:
+    """Return performance profiles, a panel for the plant of the tuning and one for a chain."""
+    chain = next((each for each in result.plants if "chain" in each), result.plants[0])
+    plants = list(dict.fromkeys((result.plants[0], chain)))
+    figure, panels = canvas(1, len(plants), height=80, sharey=True)
+    for k, row in enumerate(class_rows(result)):
+        for j, plant in enumerate(plants):
+            its = [
+                (each.level, each.share)
+                for each in result.profiles
+                if (each.contestant, each.plant) == (row.contestant, plant)
+            ]
+            if its:
+                levels, shares = np.array(its).T
+                panels[0, j].plot(levels, shares, label=row.contestant, **_look(k))
+    for j, plant in enumerate(plants):
+        panels[0, j].set(title=plant, xlabel="score [decades]", ylim=(0.0, 1.0))
+        panels[0, j].margins(x=0)
+    panels[0, 0].set(ylabel="share of runs that score more")
+    caption = (
+        "Performance profiles of classes as they were tuned. Scores are decades of the index (5) "
+        "below that of an arm that stands still."
+    )
+    return finish(figure, panels.ravel(), legend=4, caption=caption)
+
+
 @drawn
 def fronts_figure(result: ArenaResult) -> Figure:
     """Return the index against effort of what searches tried, a line a class."""
@@ -284,9 +319,7 @@ def fronts_figure(result: ArenaResult) -> Figure:
     for k, name in enumerate(dict.fromkeys(row.contestant for row in rows)):
         its = sorted((row.effort, row.index) for row in rows if row.contestant == name)
         efforts, indices = np.array(its).T
-        dash = DASHES[k // len(COLOURS) % len(DASHES)]
-        how = {"color": COLOURS[k % len(COLOURS)], "linestyle": dash}
-        axes.plot(efforts, 1e4 * indices, drawstyle="steps-post", label=name, **how)
+        axes.plot(efforts, 1e4 * indices, drawstyle="steps-post", label=name, **_look(k))
     axes.set(xscale="log", yscale="log", xlabel="effort over that of PIDs that ignore v")
     axes.set(ylabel="index (5) [1e-4 m\u00b2 s]")
     log_axis(axes.xaxis)

@@ -103,6 +103,20 @@ class FrontRow:
 
 
 @dataclass(frozen=True)
+class ProfileRow:
+    """Performance profile of a class as it was tuned: share of runs that score more than a level.
+
+    Attributes:
+        contestant, plant: whose, where. level: [decades]. share: of the runs [-].
+    """
+
+    contestant: str
+    plant: str
+    level: float
+    share: float
+
+
+@dataclass(frozen=True)
 class MarginRow:
     """A class's linear loops on the plant that it was tuned on, medians over seeds.
 
@@ -131,6 +145,7 @@ class ArenaResult:
     scores: list[ScoreRow] = field(default_factory=list)
     verdicts: list[VerdictRow] = field(default_factory=list)
     fronts: list[FrontRow] = field(default_factory=list)
+    profiles: list[ProfileRow] = field(default_factory=list)
     margins: list[MarginRow] = field(default_factory=list)
     shares: list[ShareRow] = field(default_factory=list)
     table: Any = None

@@ -226,7 +226,7 @@ def test_the_contract_of_results(quick_arena: QuickRun) -> None:
 
 def test_quick_figures_can_be_printed(quick_arena: QuickRun) -> None:
     assert quick_arena.faults() == []
-    assert quick_arena.figures == {"scores.png", "fronts.png"}
+    assert quick_arena.figures == {"scores.png", "profiles.png", "fronts.png"}
 
 
 def test_scores_are_those_of_the_runs(quick_arena: QuickRun) -> None:

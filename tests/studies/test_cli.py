@@ -91,6 +91,7 @@ def test_a_mistyped_command_is_answered_by_the_likely_one(
     assert "mean" not in said(capsys, ["xyzzy"])
 
 
+@pytest.mark.slow  # processes of the command are everywhere
 def test_python_dash_m_is_the_command() -> None:
     for module in ("flexsim", "studies.main"):
         with process([sys.executable, "-m", module, "filter", "--order", "half"]) as started:

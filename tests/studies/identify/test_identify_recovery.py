@@ -218,7 +218,10 @@ def test_the_genetic_algorithm_comes_near(files: Path, capsys: pytest.CaptureFix
             ("--free", "friction.sigma_0", "--setting", "stribeck"),
             "setting stribeck has no such number; give --setting lugre",
         ),
-        (("--free", "ei"), "--free ei: there is no such number, perhaps EI; choose of"),
+        (
+            ("--free", "ei"),
+            "--free ei: there is no such number, perhaps EI; of setting none choose of",
+        ),
         (("--free", "EI", "--plant", "rigid"), "no link of it bends, so EI cannot be told"),
         (("--free", "I_R0", "--plant", "chain:99999"), "plant 'chain:99999' is unknown"),
         (("--free", "L"), "lengths are measured"),

@@ -97,6 +97,7 @@ def test_one_process_at_a_time_killed_and_gone_on_with(whole: Path, tmp_path: Pa
     require_ours(out)  # may be replaced now
 
 
+@pytest.mark.slow  # killed ones are above, Ctrl-C in test_cli
 def test_ctrl_c_says_how_to_go_on(whole: Path, tmp_path: Path) -> None:
     out = tmp_path / "run"
     said = killed(whole.parent / "study.toml", out, 2, signal.SIGINT)
@@ -211,6 +212,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.slow  # full disks are in test_full_disk, going on above
 def test_a_full_disk_ends_it_and_room_goes_on(whole: Path, tmp_path: Path) -> None:
     """What a batch takes is more than what is left: one line, and nothing half-written."""
     study, out = whole.parent / "study.toml", tmp_path / "run"
