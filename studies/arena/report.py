@@ -269,7 +269,7 @@ def scores_figure(result: ArenaResult) -> Figure:
     axes.set_yticks(range(len(classes)), classes)
     axes.invert_yaxis()
     axes.set(xlabel="decades of the index (5) below an arm that stands still")
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(0.0, 1.03 * axes.get_xlim()[1])
     caption = (
         "Classes tuned alike on the first plant, and run on all: interquartile means over seeds "
         "and trajectories, 95 % intervals. A run that diverged scores 0."

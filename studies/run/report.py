@@ -39,6 +39,7 @@ MM = 1e3
 SHOWN = 60  # lines of the table
 LONGEST = 60  # characters of a name
 LINES_MOST = 60  # of a figure
+ROOM = 1.03  # of the largest: its marker has room, however near one another all are
 
 
 @dataclass(frozen=True)
@@ -262,7 +263,7 @@ def by_case(found: Found) -> Figure:
                 interval(axes, MM * row.median, line, ends, marker, color=colour)
     name_lines(axes, [written(case) for case in kept])
     axes.set_xlabel("envelope half-width [mm]")
-    axes.set_xlim(left=0)
+    axes.set_xlim(0, ROOM * axes.get_xlim()[1])
     caption = "Half-width of the envelope: medians with their 95 % intervals."
     if len(cases) > len(kept):
         caption += f" The first {len(kept)} of {len(cases)} cases."
