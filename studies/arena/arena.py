@@ -38,6 +38,7 @@ from studies.arena.loops import margin_row
 from studies.arena.rows import ArenaResult, FrontRow, TunedRow
 from studies.arena.search import (
     DIVERGED,
+    GROWTH,
     INDEX,
     OBJECTIVE,
     best_of,
@@ -293,6 +294,7 @@ def _tuned_row(who: Tuned, found: Array, best: Array, whole: Array | None) -> Tu
         who.seed,
         len(found),
         float(np.isnan(found[:, DIVERGED]).mean()),
+        float((found[:, GROWTH] > 0).mean()),
         float(best[OBJECTIVE]) if held else None,
         float(best[INDEX]) if held else None,
         float(best[EFFORT_COLUMN]) if held else None,

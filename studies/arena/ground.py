@@ -6,6 +6,10 @@
 The objective is the index (5) summed over the trajectories, times 1 + 10 x the largest share by
 which a torque's total variation or rms exceeds what is allowed; on several plants, of the worst.
 Allowed is EFFORT times what PIDs that ignore v, `controllers.COLLOCATED`, take on the same ground.
+
+Before anything is simulated, the exact linear loop (`flexsim.linear.exact_loop`: twelve modes, the
+hardware's delay, three poses, without friction and with its slopes) may not grow: within five
+seconds and behind a dead zone a loop that does may look better than any that does not.
 """
 
 from __future__ import annotations
@@ -18,7 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controllers import COLLOCATED
-from flexsim.linear.growth import extreme_poses
+from flexsim.linear.exact_loop import NO_FRICTION, exact_growth, exact_loops
+from flexsim.linear.growth import extreme_poses, quantised
+from flexsim.linear.loop_poles import small_signal
 from flexsim.loop.control.compiled import Controllers
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.measuring import ROWS, TORQUE, VARIATION, Yardstick, yardstick
@@ -44,13 +50,15 @@ class Tried(NamedTuple):
     """What came of individuals (K,): the objective [m2 s], total index (5), effort, divergence.
 
     effort (K,): the largest of variation and rms over what PIDs that ignore v take [-].
-    diverged (K,): earliest time, nan where none [s].
+    diverged (K,): earliest time, nan where none [s]; 0 of what was not simulated.
+    growth (K,): of the exact linear loops [1/s], 0 where none grows; inf without a controller.
     """
 
     objective: Array
     total: Array
     effort: Array
     diverged: Array
+    growth: Array
 
 
 def paths(lead: float = LEAD, **changes: Any) -> dict[str, Trajectory]:
@@ -152,14 +160,18 @@ class Ground:
     def tried(self, contestant: Contestant, knobs: Array) -> Tried:
         """Return what comes of individuals (K, p), their knobs within their ranges."""
         count = len(knobs)
-        found = Tried(*(np.full(count, each) for each in (np.inf, np.inf, np.inf, 0.0)))
+        found = Tried(*(np.full(count, each) for each in (np.inf, np.inf, np.inf, 0.0, np.inf)))
         built = [contestant.built(row, self.designer) for row in within(contestant, knobs)]
-        usable = np.array([i for i, each in enumerate(built) if each is not None], dtype=int)
+        there = [i for i, each in enumerate(built) if each is not None]
+        if there:
+            found.growth[there] = self.growth(contestant, stack([built[i] for i in there], PERIOD))
+        usable = np.flatnonzero(found.growth == 0.0)
         if not usable.size:
             return found
         stacked = stack([built[i] for i in usable], PERIOD)
-        for part in found:
-            part[usable] = -np.inf if part is not found.diverged else np.inf
+        for part in found[:3]:
+            part[usable] = -np.inf
+        found.diverged[usable] = np.inf
         for plant in self.plants:
             indices, efforts, diverged = self._run(plant, contestant, stacked)
             index = indices.sum(axis=0)
@@ -173,12 +185,26 @@ class Ground:
         found.diverged[np.isinf(found.diverged)] = np.nan
         return found
 
+    def growth(self, contestant: Contestant, controllers: Controllers) -> Array:
+        """Return what of controllers' exact linear loops is above 0 (K,) [1/s]."""
+        slopes = dict.fromkeys((NO_FRICTION, small_signal(self.setting.friction)))
+        loops = exact_loops(
+            self.setting.applied(self.model.parameters),
+            slopes=tuple(slopes),
+            hardware=self.setting.hardware,
+            v_gain=contestant.v_gain,
+        )
+        return np.maximum(quantised(exact_growth(loops, controllers)), 0.0)
+
     def scores(self, contestant: Contestant, knobs: Array) -> tuple[Scores, Tried]:
-        """Return the same as tuners have it: those that diverge rank by when they do."""
+        """Return the same as tuners have it.
+
+        Those that diverge rank by when they do, and before those that grow, which rank by how fast.
+        """
         found = self.tried(contestant, knobs)
         most = max(path.end_time for path in self.trajectories.values())
         lost = ~np.isfinite(found.objective)
-        left = np.where(lost, most - np.nan_to_num(found.diverged), 0.0)
+        left = np.where(lost, most - np.nan_to_num(found.diverged), 0.0) + found.growth
         return Scores(np.where(lost, np.inf, found.objective), found.diverged, left), found
 
 

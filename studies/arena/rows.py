@@ -14,6 +14,7 @@ class TunedRow:
 
     Attributes:
         contestant, tuning, seed: whose. tried: individuals. held: share of them that did.
+        grew: share whose exact linear loop grows, which are not simulated.
         objective, index: least objective, and its index (5) over all trajectories [m2 s]; None if
             nothing held. effort: over that of PIDs that ignore v [-].
         twice: the least objective after twice as many individuals [m2 s], None unless looked for.
@@ -25,6 +26,7 @@ class TunedRow:
     seed: int
     tried: int
     held: float
+    grew: float
     objective: float | None
     index: float | None
     effort: float | None

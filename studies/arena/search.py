@@ -1,7 +1,7 @@
 """One search: a class, a seed, so many simulations; all that it tried is kept.
 
->>> found = searched(ground, CLASSES["pid"], seed=1, budget=2000)       # (N, p + 4)
->>> best_of(found)[:-4]                                                 # its knobs
+>>> found = searched(ground, CLASSES["pid"], seed=1, budget=2000)       # (N, p + 5)
+>>> best_of(found)[:-5]                                                 # its knobs
 
 CMA-ES as `flexsim tune` runs it, or the paper's genetic algorithm, on the knobs in coordinates in
 which their ranges are alike; knobs beyond their ranges count as at the ends.
@@ -22,7 +22,7 @@ from studies.tuning.problem import tune
 
 POPULATION, SURVIVORS = 20, 6
 NEVER = 10**6  # generations of patience: the budget is used up
-OBJECTIVE, INDEX, EFFORT, DIVERGED = -4, -3, -2, -1  # columns behind the knobs
+OBJECTIVE, INDEX, EFFORT, DIVERGED, GROWTH = -5, -4, -3, -2, -1  # columns behind the knobs
 
 
 def distribution_of(contestant: Contestant) -> Distribution:
@@ -43,10 +43,10 @@ def settings_of(budget: int) -> GeneticSettings:
 def searched(
     ground: Ground, contestant: Contestant, seed: int, budget: int, tuner: str = "cma"
 ) -> Array:
-    """Return all individuals that a search tried, in order (N, p + 4).
+    """Return all individuals that a search tried, in order (N, p + 5).
 
     Columns are the knobs, then objective, index (5) summed over the trajectories [m2 s], effort
-    over what is usual [-], time of divergence [s], nan where none.
+    over what is usual [-], time of divergence [s], nan where none, growth of the exact loops [1/s].
 
     Args:
         seed: of the search. budget: individuals. tuner: a key of `studies.tuning.tuning.TUNERS`.
@@ -63,12 +63,14 @@ def searched(
 
 
 def best_of(found: Array) -> Array:
-    """Return the row (p + 4,) of the least objective, the first found.
+    """Return the row (p + 5,) of the least objective, the first found.
 
-    If all diverged, of the one that did so last.
+    If all diverged, of the one that did so last; if all grow, of the one that does least.
     """
     best = int(np.argmin(found[:, OBJECTIVE]))
-    return found[best if np.isfinite(found[best, OBJECTIVE]) else np.argmax(found[:, DIVERGED])]
+    if np.isfinite(found[best, OBJECTIVE]):
+        return found[best]
+    return found[np.lexsort((-found[:, DIVERGED], found[:, GROWTH]))[0]]
 
 
 def front(points: Array) -> Array:
