@@ -13,6 +13,7 @@ from quick_run import QuickRun
 
 from controllers import ControllerError
 from flexsim import ParameterError, Parameters, Robot, setting
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.hardware import HARDWARE
 from studies.arena.arena import SHORT, ArenaConfig, run
 from studies.arena.conditions import CONDITIONS, NOMINAL, Tuned, document
@@ -31,7 +32,7 @@ from studies.arena.scoring import (
     interquartile_mean,
     profile,
 )
-from studies.arena.search import DIVERGED, INDEX, OBJECTIVE, best_of, front, searched
+from studies.arena.search import DIVERGED, GROWTH, INDEX, OBJECTIVE, best_of, front, searched
 from studies.arena.search import EFFORT as EFFORT_COLUMN
 from studies.arena.shares import shares, variance_shares
 from studies.main import main
@@ -171,6 +172,21 @@ def test_the_diverged_rank_by_when(ground: Ground) -> None:
     scores: Scores = ground.scores(CLASSES["zv"], knobs)[0]
     assert np.isinf(scores.indices[0]) and scores.growth[0] > 0 == scores.growth[1]
     assert np.isfinite(scores.indices[1])
+
+
+def test_loops_that_grow_are_not_simulated_and_rank_behind_the_diverged(ground: Ground) -> None:
+    found = searched(ground, CLASSES["zv"], 1, 40)
+    grows = found[:, GROWTH] > 0
+    assert grows.any() and not grows.all()
+    assert np.isinf(found[grows, OBJECTIVE]).all() and not found[grows, DIVERGED].any()
+    knobs = found[grows, :OBJECTIVE][:1]
+    plain = replace(ground, setting=setting("none", HARDWARE["bench"]))
+    built = stack([CLASSES["zv"].built(knobs[0], ground.designer)], 1e-3)
+    alone, both = (g.growth(CLASSES["zv"], built)[0] for g in (plain, ground))
+    assert both >= alone >= 0.0 and both == found[grows, GROWTH][0]
+    scores = ground.scores(CLASSES["zv"], knobs)[0]
+    most = max(path.end_time for path in ground.trajectories.values())
+    assert scores.growth[0] == pytest.approx(most + both) and np.isinf(scores.indices[0])
 
 
 def test_standing_still_is_as_long_as_the_path(ground: Ground) -> None:
