@@ -2,7 +2,7 @@
 
 >>> one_thread()      # before numpy is loaded; afterwards it is too late
 
-numba's threads, which run populations of controllers, are not affected.
+The threads that run populations of controllers are not affected.
 """
 
 from __future__ import annotations

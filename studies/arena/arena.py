@@ -69,7 +69,10 @@ DECIDES = (  # sources that what comes of a run depends on
     "studies/spec/*.py",
     "studies/tuning/*.py",
     *(f"studies/run/{name}.py" for name in ("batches", "columns", "workers")),
-    *(f"studies/arena/{name}.py" for name in ("contestants", "entry", "ground", "search")),
+    *(
+        f"studies/arena/{name}.py"
+        for name in ("contestants", "entry", "evaluating", "ground", "search")
+    ),
 )
 
 

@@ -14,9 +14,9 @@ seconds and behind a dead zone a loop that does may look better than any that do
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +37,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.base import Plant
 from flexsim.robot import Robot
 from flexsim.shaping.aids import PLAIN, aided
-from studies.arena.contestants import CLASSES, IGNORED, Contestant, Designer
+from studies.arena.contestants import CLASSES, Contestant, Designer
 from studies.tuning.genetic import Scores
 
 LEAD = 0.2  # [s] of rest before each trajectory: references that know the path begin early
@@ -109,21 +109,14 @@ class Ground:
         designer = Designer.of(robot, setting, middle, PERIOD)
         model = robot.plant(AID_MODEL, setting)
         bare = cls(built, setting, found, designer, model, np.zeros((0, 4)), middle, aid, threads)
-        plain = replace(
-            CLASSES["collocated"], build=lambda knobs, known: COLLOCATED.filters(PERIOD)
-        )
-        _, effort, _ = bare._run(built[0], plain, stack([COLLOCATED.filters(PERIOD)], PERIOD))
+        usual = stack([COLLOCATED.filters(PERIOD)], PERIOD)
+        effort = bare._run(built[0], CLASSES["collocated"], usual)[1]
         return replace(bare, allowed=effort[:, 0])
 
     def references(self, contestant: Contestant) -> list[tuple[Reference, Yardstick]]:
         """Return a class's references with what runs on them are measured against."""
         aid = self.aid if contestant.aid == PLAIN else contestant.aid
-        found = []
-        for path in self.trajectories.values():
-            plain = reference(path, self.model.parameters, PERIOD)
-            helped = aided(plain, self.model, aid, contestant.v_gain)
-            found.append((helped, yardstick(helped, path.hold)))
-        return found
+        return _references(self, aid, contestant.v_gain)
 
     def _run(
         self, plant: Plant, contestant: Contestant, controllers: Controllers
@@ -208,6 +201,17 @@ class Ground:
         return Scores(np.where(lost, np.inf, found.objective), found.diverged, left), found
 
 
+@lru_cache(maxsize=16)
+def _references(ground: Ground, aid: str, v_gain: float) -> list[tuple[Reference, Yardstick]]:
+    """Return the references with a help: once for all generations of a search."""
+    found = []
+    for path in ground.trajectories.values():
+        plain = reference(path, ground.model.parameters, PERIOD)
+        helped = aided(plain, ground.model, aid, v_gain)
+        found.append((helped, yardstick(helped, path.hold)))
+    return found
+
+
 def within(contestant: Contestant, knobs: Array) -> Array:
     """Return knobs (K, p), those beyond their ranges at the ends."""
     low = np.array([each.low for each in contestant.knobs])
@@ -218,13 +222,8 @@ def within(contestant: Contestant, knobs: Array) -> Array:
 def still(ground: Ground) -> Array:
     """Return the index (5) of an arm that stands where each reference starts (T,) [m2 s]."""
     found = []
-    for ref, _ in ground.references(replace(CLASSES["collocated"], v_gain=IGNORED)):
+    for ref, _ in ground.references(CLASSES["collocated"]):
         off = ref.tip - ref.tip[0]
         squares = off[:, 0] ** 2 + off[:, 1] ** 2
         found.append(float(np.trapezoid(squares, ref.time)))
     return np.array(found)
-
-
-def seconds(path: Trajectory) -> float:
-    """Return how long a run takes, in its own time [s]."""
-    return math.fsum((path.lead, path.duration, path.hold))

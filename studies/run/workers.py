@@ -31,7 +31,7 @@ AHEAD = 3  # batches that each worker has or waits for
 CONNECTED = 30  # [s] for a scheduler to answer
 Done = tuple[int, int, Any, Any]
 
-_ONE = Lock()  # numba's threads serve one population at a time
+_ONE = Lock()  # one population at a time has all threads
 
 
 def here(workshop: Workshop, spans: Iterator[Span], threads: int | None) -> Iterator[Done]:
