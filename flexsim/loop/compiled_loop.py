@@ -36,6 +36,7 @@ from flexsim.loop.hardware import (
     waiting_room,
 )
 from flexsim.loop.measuring import (
+    PARTS,
     SUMS,
     WAITING,
     WAITING_MOST,
@@ -49,7 +50,7 @@ from flexsim.numerics.types import Array
 from flexsim.plants.dispatch import elbow, physics_step, tip_in_hub, work_space
 
 HALF_TURN = math.pi  # a joint this far from its reference has left the workspace
-APART = SUMS + 13  # numbers of a run's own sums: 256 bytes, lines of the cache for themselves
+APART = SUMS + 10  # numbers of a run's own sums: 256 bytes, lines of the cache for themselves
 TORQUE_MOST = 1e9  # [N m] at a joint: a runaway; MuJoCo drops torques above 1e10 unasked
 RATE_LIMIT = 1e3  # [rad/s] joint velocity beyond which the motion is a runaway
 
@@ -143,6 +144,18 @@ def squared_error(loop: Loop, k: int, dx: float, dy: float, v: float) -> float:
 
 
 @jit
+def add_parts(
+    loop: Loop, sums: Array, k: int, share: float, dx: float, dy: float, v: float
+) -> None:
+    """Add the parts of the index (5) at sample k, which counts for a share of the period [s]."""
+    t = k * loop.period
+    w = loop.weights
+    sums[PARTS] += share * w[0] * dx * dx
+    sums[PARTS + 1] += share * w[1] * dy * dy
+    sums[PARTS + 2] += share * w[2] * t * t * (v * v) * (v * v)
+
+
+@jit
 def run_one(  # type: ignore[no-untyped-def]
     plant,
     slot,
@@ -212,6 +225,7 @@ def run_one(  # type: ignore[no-untyped-def]
             errors[row, 0], errors[row, 1] = e1, e2
         if yard.points.shape[0] > 0:
             add_sample(yard, sums, waiting, k, x, y, dx * dx + dy * dy, v, u1, u2)
+            add_parts(loop, sums, k, edge * loop.period, dx, dy, v)
             if sums[WAITING] == WAITING_MOST:  # here: within, numba would count references
                 settle(yard, sums, waiting)
         if k == samples - 1:

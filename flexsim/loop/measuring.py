@@ -30,7 +30,9 @@ HOLD_SLACK = 1e-12  # [s] rounding of the time at which the hold begins
 ROWS, ENVELOPE, MOST_ERROR, ERROR, MOST_V, RESIDUAL_V, EARLY_V, LATE_V = range(8)
 PEAK, TORQUE, VARIATION, LAST = 8, 10, 12, 14  # of joint 1, then of joint 2
 EFFORT, BEHIND, WAITING = 16, 17, 18
-SUMS = 19
+PARTS = 19  # of the index (5): of x, y and v [m2 s]
+SUMS = 22
+PART_NAMES = ("index_x", "index_y", "index_v")
 WAITING_MOST = 64  # points; more take longer to sort, fewer are settled more often
 
 
@@ -275,6 +277,8 @@ def figure_columns(
             found[f"peak_torque_{joint + 1}"] = sums[:, PEAK + joint].copy()
             found[f"rms_torque_{joint + 1}"] = np.sqrt(sums[:, TORQUE + joint] / rows)
             found[f"variation_{joint + 1}"] = sums[:, VARIATION + joint].copy()
+    for k, name in enumerate(PART_NAMES):
+        found[name] = np.where(finished, sums[:, PARTS + k], np.inf)
     if hold > 0:
         early = np.sqrt(sums[:, EARLY_V] / max(middle - start, 1))
         late = np.sqrt(sums[:, LATE_V] / max(count - middle, 1))

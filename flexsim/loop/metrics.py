@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from flexsim.loop.measuring import growth_rate, hold_samples
+from flexsim.loop.measuring import PART_NAMES, growth_rate, hold_samples
 from flexsim.loop.motion import Motion
 from flexsim.loop.trajectories import Reference
 from flexsim.numerics.types import Array
@@ -82,12 +82,21 @@ def performance_index(motion: Motion, weights: ArrayLike = WEIGHTS) -> float:
     Args:
         motion: with every control sample; weights: of x, y and v.
     """
+    return float(sum(index_parts(motion, weights)))
+
+
+def index_parts(motion: Motion, weights: ArrayLike = WEIGHTS) -> tuple[float, float, float]:
+    """Return what x, y and v add to the index (5) [m2 s]; all inf if diverged.
+
+    Args: as of `performance_index`.
+    """
     if motion.diverged is not None:
-        return float("inf")
+        return (float("inf"),) * 3
     wx, wy, wv = np.asarray(weights, dtype=float)
     dx, dy = (motion.tip - motion.reference_tip).T
-    integrand = wx * dx**2 + wy * dy**2 + wv * motion.time**2 * (motion.v**2) ** 2  # (5)
-    return float(np.trapezoid(integrand, motion.time))
+    integrands = wx * dx**2, wy * dy**2, wv * motion.time**2 * (motion.v**2) ** 2  # (5)
+    x, y, v = (float(np.trapezoid(each, motion.time)) for each in integrands)
+    return x, y, v
 
 
 def _rms(values: Array) -> float:
@@ -108,8 +117,8 @@ def measures(motion: Motion, reference: Reference, hold: float = 0.0) -> dict[st
         diverged_at ([s] or None); of the torques that the controllers command: effort (integral
         of tau'tau [N2 m2 s], each held until the next sample), and for joints 1 and 2
         peak_torque_1, rms_torque_1 [N m], variation_1 (sum of the changes' sizes [N m]) and so
-        on. A diverged motion's numbers describe its part before divergence, except the index,
-        which is inf.
+        on; index_x, index_y, index_v, the parts of the index [m2 s]. A diverged motion's numbers
+        describe its part before divergence, except the index and its parts, which are inf.
     """
     if len(motion.time) == 0:
         return {"diverged": True, "diverged_at": motion.diverged, "index": float("inf")}
@@ -137,6 +146,7 @@ def measures(motion: Motion, reference: Reference, hold: float = 0.0) -> dict[st
         else None,
         "effort": effort,
         **{f"{name}_{j + 1}": float(each[j]) for name, each in by_joint.items() for j in (0, 1)},
+        **dict(zip(PART_NAMES, index_parts(motion), strict=True)),
         "index": performance_index(motion),
         "diverged": not finished,
         "diverged_at": motion.diverged,

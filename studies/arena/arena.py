@@ -28,15 +28,16 @@ from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
 from flexsim.numerics.types import Array
 from flexsim.robot import Robot
 from studies.arena import report
-from studies.arena.conditions import CONDITIONS, PAYLOADS, Condition, Tuned
+from studies.arena.conditions import CONDITIONS, CORE, PAYLOADS, Condition, Tuned
 from studies.arena.contestants import CLASSES
 from studies.arena.cost import cost_of, seconds_each
 from studies.arena.evaluating import evaluated, workshops
 from studies.arena.ground import Ground, paths, still
-from studies.arena.judging import CORE, Judge
+from studies.arena.judging import SPILLING, Judge, spilling
 from studies.arena.loops import margin_row
 from studies.arena.rows import ArenaResult, FrontRow, TunedRow
 from studies.arena.search import (
+    CMA,
     DIVERGED,
     GROWTH,
     INDEX,
@@ -61,7 +62,14 @@ from studies.core.study_options import (
 )
 
 TUNED_ON = "assumed-modes:5"
-PLANTS = (TUNED_ON, "closed-chain:6", "assumed-modes:8", "closed-chain:10")
+PLANTS = (
+    TUNED_ON,
+    "closed-chain:6",
+    "assumed-modes:8",
+    "assumed-modes:12",
+    "closed-chain:10",
+    "chain:6",
+)
 SHORT = {"duration": 2.0, "hold": 0.4}  # [s] of quick runs' trajectories
 DECIDES = (  # sources that what comes of a run depends on
     "flexsim/**/*.py",
@@ -76,36 +84,53 @@ DECIDES = (  # sources that what comes of a run depends on
 )
 
 
+VARIED = ("pid", "oustaloup", "collocated", "lqg")
+
+
 @dataclass(frozen=True)
 class Variant:
     """What else controllers are tuned on, with a few classes and seeds.
 
     Attributes:
         name: of the tuning. plants, hardware, aid: instead of the core's. tuner: instead of CMA-ES.
+        exact: whether what grows on the exact linear loop is rejected.
+        classes: that are tuned so, those that were asked for among them.
     """
 
     name: str
     plants: tuple[str, ...] = (TUNED_ON,)
     hardware: str = "bench"
     aid: str = "plain"
-    tuner: str = "cma"
+    tuner: str = CMA
+    exact: bool = True
+    classes: tuple[str, ...] = VARIED
 
 
 VARIANTS = (
+    *(
+        Variant(spilling(n), plants=(f"assumed-modes:{n}",), exact=False, classes=tuple(CLASSES))
+        for n in SPILLING
+    ),
     Variant("genetic", tuner="genetic"),
     Variant("true-tip", aid="true-tip"),
     Variant("feedforward", aid="feedforward"),
     Variant("worst plant", plants=(TUNED_ON, "closed-chain:10")),
     Variant("ideal", hardware="ideal"),
 )
-VARIED = ("pid", "oustaloup", "collocated", "lqg")
 
 
 @dataclass(frozen=True)
 class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     """Tune every class of controllers alike, and see what holds under which condition."""
 
-    QUICK: ClassVar = {"seeds": 2, "simulations": 20, "repeats": 1, "plants": 2, "conditions": 4}
+    QUICK: ClassVar = {
+        "seeds": 2,
+        "simulations": 20,
+        "repeats": 1,
+        "plants": 2,
+        "conditions": 4,
+        "twice": 1,
+    }
 
     out: Out = Path("runs/arena")
     quick: bool = False
@@ -122,11 +147,12 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     """Individuals of a search, each on all three trajectories."""
     repeats: int = 3
     """Runs of each case, with gains' fourth digits and noise of their own."""
-    twice: int = 1
-    """Seeds whose search goes on to twice as many individuals, to see whether that matters."""
+    twice: int = 3
+    """Seeds at most whose search goes on to twice as many individuals, to see its worth."""
     variants: int = 0
-    """Seeds of further tunings (the paper's algorithm, other references, the worst of two plants,
-    ideal hardware) of four classes."""
+    """Seeds of further tunings: of all classes on 3, 5 and 8 modes with loops that may grow, of
+    four classes with the paper's algorithm, other references, the worst of two plants, ideal
+    hardware."""
     workers: int | None = None
     """Worker processes on this machine instead of threads, for the evaluation."""
     cluster: str | None = None
@@ -172,11 +198,15 @@ def _check(config: ArenaConfig) -> None:
             if name not in known:
                 raise ParameterError(f"{what} {name!r} is unknown; choose from {', '.join(known)}")
     check_each_once("plants", config.plants)
-    for name, least in (("seeds", 1), ("simulations", 20), ("repeats", 1), ("variants", 0)):
+    for name, least in (
+        ("seeds", 1),
+        ("simulations", 20),
+        ("repeats", 1),
+        ("variants", 0),
+        ("twice", 0),
+    ):
         if getattr(config, name) < least:
             raise ParameterError(f"{name} is {getattr(config, name)}; give {least} or more")
-    if not 0 <= config.twice <= config.seeds:
-        raise ParameterError(f"twice is {config.twice}; give 0 to the {config.seeds} seeds")
     if config.workers is not None and config.cluster is not None:
         raise ParameterError("--workers and --cluster contradict each other; give one of them")
 
@@ -200,8 +230,8 @@ def run(
     ground = _ground(config, core)
     _tune(config, core, ground, config.classes, config.seeds, result, tuned, progress, kept)
     if config.variants:
-        classes = [name for name in VARIED if name in config.classes]
         for variant in VARIANTS:
+            classes = [name for name in config.classes if name in variant.classes]
             its = _ground(config, variant)
             _tune(config, variant, its, classes, config.variants, result, tuned, progress, kept)
     result.table = evaluated(
@@ -231,7 +261,9 @@ def run(
 def _ground(config: ArenaConfig, variant: Variant) -> Ground:
     its = setting(DEFAULT_SETTING, HARDWARE[variant.hardware])
     found = paths(**config.short)
-    return Ground.of(Robot(), variant.plants, its, found, variant.aid, config.threads)
+    return Ground.of(
+        Robot(), variant.plants, its, found, variant.aid, config.threads, variant.exact
+    )
 
 
 def _bar(progress: Progress | None, label: str, total: int) -> Callable[[int], None]:
@@ -341,19 +373,16 @@ def _dry(config: ArenaConfig) -> bool:
     its = config.asked()
     _check(its)
     ground = _ground(its, Variant(CORE, plants=its.plants[:1]))
-    individuals = {name: (its.seeds + its.twice) * its.simulations for name in its.classes}
-    varied = [name for name in VARIED if name in its.classes]
-    for name in varied:
-        individuals[name] += its.variants * len(VARIANTS) * its.simulations
+    individuals = {
+        name: (its.seeds + min(its.twice, its.seeds)) * its.simulations for name in its.classes
+    }
     tuned = [_middle(name, CORE, seed) for name in its.classes for seed in range(its.seeds)]
-    tuned += [
-        _middle(name, each.name, seed)
-        for name in varied
-        for each in VARIANTS
-        for seed in range(its.variants)
-    ]
-    each = seconds_each(ground, its.classes, its.seed)
-    found = cost_of(each, individuals, _runs(its, tuned), len(ground.trajectories))
+    for each in VARIANTS:
+        for name in (name for name in its.classes if name in each.classes):
+            individuals[name] += its.variants * its.simulations
+            tuned += [_middle(name, each.name, seed) for seed in range(its.variants)]
+    costs = seconds_each(ground, its.classes, its.seed)
+    found = cost_of(costs, individuals, _runs(its, tuned), len(ground.trajectories))
     console().print(
         f"{found.individuals:,} individuals to be tried on three trajectories, {found.runs:,} runs "
         f"of what is found: about {found.seconds / 60:.0f} min on this machine's "

@@ -31,6 +31,7 @@ NOISE = 3.0  # times the bench's
 BENCH_NOISE = 1e-4  # [m] rms of v
 PUSH, PULSE = 0.01, (1.0, 0.1)  # [N s] at the tip, [N m] at the motors over 50 ms
 NOMINAL = "nominal"
+CORE = "bench"  # the tuning that all classes have
 
 
 class Tuned(NamedTuple):

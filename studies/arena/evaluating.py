@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow as pa
 
 from flexsim.numerics.types import Array
-from studies.arena.conditions import SHIPPED, Condition, Tuned, document
+from studies.arena.conditions import CORE, SHIPPED, Condition, Tuned, document
 from studies.core.evidence.kept import Kept
 from studies.run.columns import FIGURES
 from studies.run.workers import Done, cluster, here, spread
@@ -161,8 +161,9 @@ def workshops(
     seed: int = 1,
     changes: Mapping[str, Any] | None = None,
 ) -> Iterator[tuple[Condition, Workshop]]:
-    """Give what builds the runs of every condition."""
+    """Give what builds the runs of every condition; other tunings run as tuned alone."""
     few = [plants[0], *[each for each in plants[1:] if "chain" in each][:1]]
+    core = [each for each in tuned if each.tuning == CORE]
     for condition in conditions:
-        own = plants if condition.finer else few
-        yield condition, workshop_of(document(condition, tuned, own, repeats, seed, changes))
+        own, its = (plants, tuned) if condition.finer else (few, core)
+        yield condition, workshop_of(document(condition, its, own, repeats, seed, changes))

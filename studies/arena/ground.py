@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controllers import COLLOCATED
+from controllers.model_based.model import shortened
 from flexsim.linear.exact_loop import NO_FRICTION, exact_growth, exact_loops
 from flexsim.linear.growth import extreme_poses, quantised
 from flexsim.linear.loop_poles import small_signal
@@ -44,6 +45,7 @@ LEAD = 0.2  # [s] of rest before each trajectory: references that know the path 
 EFFORT = 2.0  # of what PIDs that ignore v take
 STEEP = 10.0  # what a share beyond that adds, relative
 AID_MODEL = "assumed-modes:5"
+DIGITS = 9  # of knobs
 
 
 class Tried(NamedTuple):
@@ -76,6 +78,7 @@ class Ground:
         allowed: (T, 4) of each trajectory: variation, then rms of both torques [N m].
         middle: theta2 of the pose that designers know [rad].
         aid: of references, unless a class has its own. threads: None for all.
+        exact: whether what grows on the exact linear loop is rejected.
     """
 
     plants: tuple[Plant, ...]
@@ -87,6 +90,7 @@ class Ground:
     middle: float
     aid: str = PLAIN
     threads: int | None = None
+    exact: bool = True
 
     @classmethod
     def of(
@@ -97,6 +101,7 @@ class Ground:
         trajectories: dict[str, Trajectory] | None = None,
         aid: str = PLAIN,
         threads: int | None = None,
+        exact: bool = True,
     ) -> Ground:
         """Return a ground, the allowed effort measured on its first plant.
 
@@ -108,7 +113,9 @@ class Ground:
         middle = extreme_poses(reference(found["circle"], robot.parameters, PERIOD))[1]
         designer = Designer.of(robot, setting, middle, PERIOD)
         model = robot.plant(AID_MODEL, setting)
-        bare = cls(built, setting, found, designer, model, np.zeros((0, 4)), middle, aid, threads)
+        bare = cls(
+            built, setting, found, designer, model, np.zeros((0, 4)), middle, aid, threads, exact
+        )
         usual = stack([COLLOCATED.filters(PERIOD)], PERIOD)
         effort = bare._run(built[0], CLASSES["collocated"], usual)[1]
         return replace(bare, allowed=effort[:, 0])
@@ -179,7 +186,9 @@ class Ground:
         return found
 
     def growth(self, contestant: Contestant, controllers: Controllers) -> Array:
-        """Return what of controllers' exact linear loops is above 0 (K,) [1/s]."""
+        """Return what of controllers' exact linear loops is above 0 (K,) [1/s], if that counts."""
+        if not self.exact:
+            return np.zeros(len(controllers.b))
         slopes = dict.fromkeys((NO_FRICTION, small_signal(self.setting.friction)))
         loops = exact_loops(
             self.setting.applied(self.model.parameters),
@@ -213,10 +222,13 @@ def _references(ground: Ground, aid: str, v_gain: float) -> list[tuple[Reference
 
 
 def within(contestant: Contestant, knobs: Array) -> Array:
-    """Return knobs (K, p), those beyond their ranges at the ends."""
+    """Return knobs (K, p) to DIGITS digits, those beyond their ranges at the ends.
+
+    Powers and exponentials differ in their last digits from processor to processor.
+    """
     low = np.array([each.low for each in contestant.knobs])
     high = np.array([each.high for each in contestant.knobs])
-    return np.clip(knobs, low, high)
+    return np.clip(shortened(knobs, DIGITS), low, high)
 
 
 def still(ground: Ground) -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexsim.numerics.types import Array
 from flexsim.shaping.aids import PLAIN
-from studies.arena.conditions import NOMINAL
+from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
 from studies.arena.rows import FrontRow, ProfileRow, ScoreRow, VerdictRow
 from studies.arena.scoring import (
@@ -34,7 +34,6 @@ from studies.arena.shares import ShareRow, shares
 from studies.core.evidence.intervals import share_interval
 
 Mask = NDArray[np.bool_]
-CORE = "bench"  # the tuning that all classes have
 PAIRS = (  # factor, first, second
     ("order", "fractional", "integer"),
     ("order", "fractional", "pid"),
@@ -51,6 +50,7 @@ PAIRS = (  # factor, first, second
     ("rule", "five", "collocated-fractional"),
     ("rule", "valerio-s", "collocated-fractional"),
 )
+SPILLING = (3, 5, 8)  # modes that classes are tuned on with loops that may grow
 LEVELS = 60  # of a performance profile
 FACTORIAL = (("pid", "oustaloup"), ("collocated", "collocated-fractional"))  # structure x order
 KEYS = (  # of runs that are one case
@@ -278,6 +278,11 @@ class Judge:
         scores = self.by_task(self.where(**its, reference=reference))
         seeds = len(set(self.of["seed"][self.where(**its)].tolist()))
         return scores.reshape(len(scores), seeds, -1).mean(axis=-1)
+
+
+def spilling(modes: int) -> str:
+    """Return the name of the tuning on so many modes that rejects no loop for its growth."""
+    return f"{modes} modes, growing"
 
 
 def said(chance: Estimate) -> str:

@@ -16,9 +16,8 @@ import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
 from flexsim.files.atomic import replacing
-from studies.arena.conditions import NOMINAL
+from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
-from studies.arena.judging import CORE
 from studies.arena.rows import ArenaResult, ScoreRow
 from studies.core.figures import COLOURS, DASHES, canvas, drawn, finish, log_axis
 from studies.core.table import Column, Table

@@ -18,9 +18,12 @@ from studies.arena.contestants import Contestant
 from studies.arena.ground import Ground, within
 from studies.tuning.distributions import Distribution, Draw
 from studies.tuning.genetic import GeneticSettings, Scores
+from studies.tuning.peers import run_cma
 from studies.tuning.problem import tune
 
 POPULATION, SURVIVORS = 20, 6
+CMA = "cma"
+GRID = 1e-6  # of CMA-ES [standard deviations of a knob's range]
 NEVER = 10**6  # generations of patience: the budget is used up
 OBJECTIVE, INDEX, EFFORT, DIVERGED, GROWTH = -5, -4, -3, -2, -1  # columns behind the knobs
 
@@ -41,7 +44,7 @@ def settings_of(budget: int) -> GeneticSettings:
 
 
 def searched(
-    ground: Ground, contestant: Contestant, seed: int, budget: int, tuner: str = "cma"
+    ground: Ground, contestant: Contestant, seed: int, budget: int, tuner: str = CMA
 ) -> Array:
     """Return all individuals that a search tried, in order (N, p + 5).
 
@@ -58,7 +61,11 @@ def searched(
         rows.append(np.column_stack([within(contestant, knobs), *found]))
         return scores
 
-    tune(evaluate, distribution_of(contestant), settings_of(budget), seed, tuner)
+    draws, settings = distribution_of(contestant), settings_of(budget)
+    if tuner == CMA:
+        run_cma(evaluate, draws, settings, seed, grid=GRID)
+    else:
+        tune(evaluate, draws, settings, seed, tuner)
     return np.vstack(rows)
 
 

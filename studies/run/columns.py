@@ -38,6 +38,7 @@ FIGURES = (
     Figure("residual_v", "m", "largest tip deflection over the hold; none without a hold"),
     Figure("growth", "1/s", "rate at which v's rms grows over the hold; none without a hold"),
     Figure("index", "m2 s", "performance index (5)"),
+    *(Figure(f"index_{part}", "m2 s", f"what {part} adds to it") for part in "xyv"),
     Figure("effort", "N2 m2 s", "integral of the commanded torques' squares"),
     *(
         Figure(f"{name}_{joint}", "N m", f"{meaning} of joint {joint}")

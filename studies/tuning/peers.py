@@ -91,13 +91,16 @@ def run_cma(
     seed: int,
     on_generation: OnGeneration | None = None,
     resume_from: Sequence[Generation] = (),
+    grid: float = 0.0,
 ) -> Search:
     """Return a search by CMA-ES from the best of a random population, again when converged.
 
     Random populations are drawn until one individual holds, or growth tells the rejected apart:
     among nothing but diverged ones there is no direction to follow.
 
-    Args: as `studies.tuning.genetic.run_genetic`.
+    Args: as `studies.tuning.genetic.run_genetic`, and
+        grid: of the coordinates [standard deviations]: what CMA-ES asks for lies on it, so that the
+            last digits of its eigenvectors, which are LAPACK's, decide nothing; 0 for none.
     """
     import cma  # half a second, for those who use it
 
@@ -118,8 +121,10 @@ def run_cma(
                 best = drawn[np.argmin(indices)]
                 strategy = cma.CMAEvolutionStrategy(best, START_SPREAD, options)
             continue
-        asked = strategy.ask()
-        strategy.tell(asked, ledger(np.array(asked)).tolist())
+        asked = np.array(strategy.ask())
+        if grid > 0.0:
+            asked = np.round(asked / grid) * grid
+        strategy.tell(list(asked), ledger(asked).tolist())
     return Search(tuple(ledger.generations), ENDED)
 
 

@@ -308,7 +308,7 @@ def test_a_run_goes_on(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:  #
         ("--classes zz", "class 'zz' is unknown; choose from fractional"),
         ("--conditions zz", "condition 'zz' is unknown; choose from nominal"),
         ("--simulations 5", "simulations is 5; give 20 or more"),
-        ("--twice 3 --seeds 2", "twice is 3; give 0 to the 2 seeds"),
+        ("--twice -1", "twice is -1; give 0 or more"),
         ("--robot.EI 0.5", "the arena is about the paper's robot"),
         ("--workers 2 --cluster tcp://x:1", "--workers and --cluster contradict"),
     ],
