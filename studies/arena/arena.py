@@ -22,19 +22,25 @@ from rich.progress import Progress
 from flexsim.arm.parameters import Parameters
 from flexsim.errors import ParameterError
 from flexsim.linear.loop_poles import LoopOptions as LinearOptions
+from flexsim.loop.control.stacking import stack
 from flexsim.loop.hardware import HARDWARE
 from flexsim.loop.runs import thread_count
 from flexsim.loop.settings import DEFAULT_SETTING, Setting, setting
+from flexsim.numerics.clocks import PERIOD
 from flexsim.numerics.types import Array
 from flexsim.robot import Robot
-from studies.arena import report
-from studies.arena.conditions import CONDITIONS, CORE, PAYLOADS, Condition, Tuned
+from studies.arena.conditions import (
+    CONDITIONS,
+    CORE,
+    NOMINAL,
+    PAYLOADS,
+    Condition,
+    Tuned,
+)
 from studies.arena.contestants import CLASSES
 from studies.arena.cost import cost_of, seconds_each
 from studies.arena.evaluating import evaluated, workshops
 from studies.arena.ground import Ground, paths, still
-from studies.arena.judging import SPILLING, Judge, spilling
-from studies.arena.loops import margin_row
 from studies.arena.rows import ArenaResult, FrontRow, TunedRow
 from studies.arena.search import (
     CMA,
@@ -50,6 +56,13 @@ from studies.arena.search import (
 from studies.arena.search import (
     EFFORT as EFFORT_COLUMN,
 )
+from studies.arena.showing import report
+from studies.arena.showing.answer import answer
+from studies.arena.showing.figures import figures
+from studies.arena.verdicts.fronts import front_rows
+from studies.arena.verdicts.judging import SPILLING, Judge, spilling
+from studies.arena.verdicts.loops import LoopNumbers, loop_numbers, margin_row
+from studies.arena.verdicts.measures import budget_rows, measure_rows, spill_rows
 from studies.core.carry_out import Study
 from studies.core.console import console
 from studies.core.evidence.kept import Kept, forget, going_on
@@ -84,6 +97,7 @@ DECIDES = (  # sources that what comes of a run depends on
 )
 
 
+SEARCH = "search"  # of fronts: what searches tried
 VARIED = ("pid", "oustaloup", "collocated", "lqg")
 
 
@@ -128,7 +142,7 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
         "simulations": 20,
         "repeats": 1,
         "plants": 2,
-        "conditions": 4,
+        "conditions": 5,
         "twice": 1,
     }
 
@@ -228,12 +242,14 @@ def run(
     tuned: list[Tuned] = []
     core = Variant(CORE, plants=config.plants[:1])
     ground = _ground(config, core)
-    _tune(config, core, ground, config.classes, config.seeds, result, tuned, progress, kept)
+    everyone = config.classes
+    _tune(config, core, ground, ground, everyone, config.seeds, result, tuned, progress, kept)
     if config.variants:
         for variant in VARIANTS:
             classes = [name for name in config.classes if name in variant.classes]
             its = _ground(config, variant)
-            _tune(config, variant, its, classes, config.variants, result, tuned, progress, kept)
+            seeds = config.variants
+            _tune(config, variant, its, ground, classes, seeds, result, tuned, progress, kept)
     result.table = evaluated(
         config.chosen,
         tuned,
@@ -249,13 +265,25 @@ def run(
     )
     names = list(ground.trajectories)
     judge = Judge(result.table, dict(zip(names, still(ground), strict=True)), config.seed)
+    _judged(result, judge)
+    loops = _loops(config, ground, tuned)
+    result.margins = [margin_row(name, each, config.seed) for name, each in loops.items()]
+    result.verdicts += judge.damping_rows(loops)
+    return result
+
+
+def _judged(result: ArenaResult, judge: Judge) -> None:
+    """Add what can be said of all runs."""
     result.scores = judge.score_rows()
     result.verdicts = judge.verdict_rows()
-    result.fronts += judge.front_rows()
+    result.fronts += front_rows(judge)
     result.profiles = judge.profile_rows()
     result.shares = judge.share_rows()
-    result.margins = _margins(config, ground, tuned)
-    return result
+    result.measures = measure_rows(judge)
+    result.spills = spill_rows(judge, result.tuned)
+    classes = dict.fromkeys(row.contestant for row in result.tuned)
+    own = {name: judge.own_reference(name) for name in classes}
+    result.budget = budget_rows(result.tuned, result.scores, judge.plants[0], own)
 
 
 def _ground(config: ArenaConfig, variant: Variant) -> Ground:
@@ -284,6 +312,7 @@ def _tune(
     config: ArenaConfig,
     variant: Variant,
     ground: Ground,
+    bench: Ground,
     classes: Any,
     seeds: int,
     result: ArenaResult,
@@ -291,7 +320,10 @@ def _tune(
     progress: Progress | None,
     kept: Kept | None,
 ) -> None:
-    """Add what a class's searches find, for every class and seed."""
+    """Add what a class's searches find on a ground, for every class and seed.
+
+    Loops of what is found are looked at on the bench.
+    """
     ran = _bar(progress, f"tuning, {variant.name}", len(classes) * seeds)
     for name in classes:
         tried: list[Array] = []
@@ -307,18 +339,30 @@ def _tune(
             whole, found = found, found[: config.simulations]
             best = best_of(found)
             tuned.append(Tuned(name, variant.name, seed, tuple(best[:OBJECTIVE].tolist())))
-            result.tuned.append(_tuned_row(tuned[-1], found, best, whole if more else None))
+            growth = _growth(bench, tuned[-1])
+            result.tuned.append(_tuned_row(tuned[-1], found, best, growth, whole if more else None))
             whose = np.full(len(found), float(seed))
             tried.append(np.column_stack([found[:, EFFORT_COLUMN], found[:, INDEX], whose]))
             ran(1)
         if variant.name == CORE:
             points = np.vstack(tried)
             for effort, index, seed_of in points[front(points[:, :2])].tolist():
-                its = (name, int(seed_of), "search", "all", ground.plants[0].name)
-                result.fronts.append(FrontRow(*its, effort, index))
+                its = (name, int(seed_of), SEARCH, NOMINAL, "all", CLASSES[name].aid)
+                result.fronts.append(FrontRow(*its, ground.plants[0].name, "share", effort, index))
 
 
-def _tuned_row(who: Tuned, found: Array, best: Array, whole: Array | None) -> TunedRow:
+def _growth(ground: Ground, who: Tuned) -> float:
+    """Return how fast the exact linear loops of what was found grow [1/s], 0 if none does."""
+    contestant = CLASSES[who.contestant]
+    built = contestant.built(who.knobs, ground.designer)
+    if built is None:
+        return float("inf")
+    return float(replace(ground, exact=True).growth(contestant, stack([built], PERIOD))[0])
+
+
+def _tuned_row(
+    who: Tuned, found: Array, best: Array, growth: float, whole: Array | None
+) -> TunedRow:
     """Return the row of one search."""
     held = bool(np.isfinite(best[OBJECTIVE]))
     knobs = zip(CLASSES[who.contestant].knobs, who.knobs, strict=True)
@@ -334,23 +378,26 @@ def _tuned_row(who: Tuned, found: Array, best: Array, whole: Array | None) -> Tu
         float(best[INDEX]) if held else None,
         float(best[EFFORT_COLUMN]) if held else None,
         twice if twice is not None and np.isfinite(twice) else None,
+        growth,
         ", ".join(f"{knob.name} {value:.4g}" for knob, value in knobs),
     )
 
 
-def _margins(config: ArenaConfig, ground: Ground, tuned: list[Tuned]) -> Any:
-    """Return what the linear loops of the core's controllers say."""
-    plant = ground.plants[0]
-    p = replace(plant.parameters, payload=PAYLOADS[-1])
-    loaded = Robot.of(parameters=p).plant(config.plants[0], ground.setting)
-    theta2 = ground.middle
-    rows = []
+def _loops(config: ArenaConfig, ground: Ground, tuned: list[Tuned]) -> dict[str, LoopNumbers]:
+    """Return what the linear loops of the core's controllers say, by class."""
+    plants = [
+        Robot.of(parameters=replace(ground.plants[0].parameters, payload=mass)).plant(
+            config.plants[0], ground.setting
+        )
+        for mass in (0.0, *PAYLOADS)
+    ]
+    found = {}
     for name in config.classes:
         its = [each for each in tuned if each.contestant == name and each.tuning == CORE]
         built = [CLASSES[name].built(each.knobs, ground.designer) for each in its]
         options = LinearOptions(v_gain=CLASSES[name].v_gain, hardware=ground.setting.hardware)
-        rows.append(margin_row(name, built, plant, loaded, theta2, options))
-    return rows
+        found[name] = loop_numbers(built, plants, ground.middle, options)
+    return found
 
 
 def carried_on(config: ArenaConfig, progress: Progress | None = None) -> ArenaResult:
@@ -409,10 +456,10 @@ command = Study(
     carried_on,
     report.tables,
     report.verdict,
-    report.figures,
+    figures,
     report.facts,
     _files,
     question="Are fractional controllers better on a flexible arm, at equal effort?",
-    answer=report.answer,
+    answer=answer,
     instead=_dry,
 )

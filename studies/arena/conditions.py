@@ -89,6 +89,16 @@ _EVERY = (
         _robots({f"{1e3 * m:.0f} g": {"payload": m} for m in PAYLOADS}),
     ),
     Condition(
+        "disturbed",
+        "at rest: a push at the tip, a pulse of torque",
+        {
+            "trajectories": [
+                _rest(name="push", push=PUSH),
+                _rest(name="pulse", pulse=list(PULSE), pulse_span=[0.2, 0.25]),
+            ]
+        },
+    ),
+    Condition(
         "hardware",
         "nothing between arm and controller; no delay; two samples of it; three times the noise",
         {
@@ -107,16 +117,6 @@ _EVERY = (
     ),
     Condition("0.5 ms", "of sampling", numbers={"period": 0.5e-3}),
     Condition("2 ms", "of sampling", numbers={"period": 2e-3}),
-    Condition(
-        "disturbed",
-        "at rest: a push at the tip, a pulse of torque",
-        {
-            "trajectories": [
-                _rest(name="push", push=PUSH),
-                _rest(name="pulse", pulse=list(PULSE), pulse_span=[0.2, 0.25]),
-            ]
-        },
-    ),
 )
 CONDITIONS: Mapping[str, Condition] = {each.name: each for each in _EVERY}
 """Name -> condition."""

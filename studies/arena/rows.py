@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from studies.arena.shares import ShareRow
-
 
 @dataclass(frozen=True)
 class TunedRow:
@@ -18,6 +16,7 @@ class TunedRow:
         objective, index: least objective, and its index (5) over all trajectories [m2 s]; None if
             nothing held. effort: over that of PIDs that ignore v [-].
         twice: the least objective after twice as many individuals [m2 s], None unless looked for.
+        growth: of the exact linear loops of what was found, on the bench, 0 where none grows [1/s].
         knobs: in words.
     """
 
@@ -31,6 +30,7 @@ class TunedRow:
     index: float | None
     effort: float | None
     twice: float | None
+    growth: float
     knobs: str
 
 
@@ -86,20 +86,63 @@ class VerdictRow:
 
 
 @dataclass(frozen=True)
+class MeasureRow:
+    """Figures of merit of a class on one trajectory: medians over searches and repeats.
+
+    Attributes:
+        contestant, tuning: of the class. condition, level, plant, reference, trajectory: where.
+        runs: how many. diverged: share of them [-].
+        index: (5) [m2 s]; index_x, index_y, index_v: its parts. rms_error: of the tip [m].
+        envelope: half-width about the path [m]. residual_v: largest deflection over the hold [m].
+        variation, rms_torque: of both torques, summed, root of the sum of squares [N m].
+        ..._low, ..._high: ends of its interval. None where half of the runs or more diverged.
+    """
+
+    contestant: str
+    tuning: str
+    condition: str
+    level: str
+    plant: str
+    reference: str
+    trajectory: str
+    runs: int
+    diverged: float
+    index: float | None
+    index_x: float | None
+    index_y: float | None
+    index_v: float | None
+    variation: float | None
+    rms_torque: float | None
+    rms_error: float | None
+    rms_error_low: float | None
+    rms_error_high: float | None
+    envelope: float | None
+    envelope_low: float | None
+    envelope_high: float | None
+    residual_v: float | None
+    residual_v_low: float | None
+    residual_v_high: float | None
+
+
+@dataclass(frozen=True)
 class FrontRow:
     """A point that no other of its front dominates.
 
     Attributes:
-        contestant, seed: whose. condition, trajectory, plant: of the front; 'search' and 'all' of
-            what searches tried. effort: total variation of both torques [N m], of searches over
-            that of PIDs that ignore v [-]. index: (5) [m2 s].
+        contestant, seed: whose. condition, level, trajectory, reference, plant: of the front;
+            'search' and 'all' of what searches tried. measure: of effort: 'variation' or 'rms' of
+            both torques [N m]; of searches 'share', the largest over what PIDs that ignore v take.
+        effort: as it says. index: (5) [m2 s].
     """
 
     contestant: str
     seed: int
     condition: str
+    level: str
     trajectory: str
+    reference: str
     plant: str
+    measure: str
     effort: float
     index: float
 
@@ -125,7 +168,8 @@ class MarginRow:
     Attributes:
         grows: share of seeds whose loop does [-]. delay_margin: extra delay borne [s].
         peak_1, peak_2: Ms, largest sensitivity of either joint's loop, the other closed [-].
-        overshoot: of joint 2's step, without payload and with 0.2 kg [-]; None where loops grow.
+        overshoot: of joint 2's step without payload [-]. spread: largest less least overshoot
+            with a payload of 0 to 0.2 kg [-], with its interval; None where loops grow.
     """
 
     contestant: str
@@ -135,7 +179,59 @@ class MarginRow:
     peak_1: float | None
     peak_2: float | None
     overshoot: float | None
-    overshoot_loaded: float | None
+    spread: float | None
+    spread_low: float | None
+    spread_high: float | None
+
+
+@dataclass(frozen=True)
+class SpillRow:
+    """Controllers tuned on a few modes, whatever their loops do beyond: what a finer model says.
+
+    Attributes:
+        contestant: the class, 'all' of them together. modes: that it was tuned on.
+        controllers: one of each search that found any. grows: of them whose exact linear loop does.
+        plant: a finer one. diverge: how many do on one trajectory or more.
+        share, low, high: of those that diverge [-].
+    """
+
+    contestant: str
+    modes: int
+    controllers: int
+    grows: int
+    plant: str
+    diverge: int
+    share: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """What twice as many simulations are worth to a class.
+
+    Attributes:
+        searches: that went on. moved: decades by which their objective falls, the mean.
+        interval: from end to end of the class's score [decades]. enough: whether that is more.
+    """
+
+    contestant: str
+    searches: int
+    moved: float
+    interval: float
+    enough: bool
+
+
+@dataclass(frozen=True)
+class ShareRow:
+    """A factor's share of the variance of scores, with its interval [-]; `of` says of whose."""
+
+    of: str
+    factor: str
+    levels: int
+    share: float
+    low: float
+    high: float
 
 
 @dataclass
@@ -150,4 +246,7 @@ class ArenaResult:
     profiles: list[ProfileRow] = field(default_factory=list)
     margins: list[MarginRow] = field(default_factory=list)
     shares: list[ShareRow] = field(default_factory=list)
+    measures: list[MeasureRow] = field(default_factory=list)
+    spills: list[SpillRow] = field(default_factory=list)
+    budget: list[BudgetRow] = field(default_factory=list)
     table: Any = None

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from quick_run import QuickRun
@@ -16,14 +17,18 @@ from flexsim import ParameterError, Parameters, Robot, setting
 from flexsim.loop.control.stacking import stack
 from flexsim.loop.hardware import HARDWARE
 from studies.arena.arena import SHORT, ArenaConfig, run
-from studies.arena.conditions import CONDITIONS, NOMINAL, Tuned, document
+from studies.arena.conditions import CONDITIONS, CORE, NOMINAL, Tuned, document
 from studies.arena.contestants import BANDWIDTH_NAMES, BANDWIDTHS, CLASSES
 from studies.arena.cost import cost_of
 from studies.arena.entry import design
 from studies.arena.evaluating import workshop_of
 from studies.arena.ground import EFFORT, STEEP, Ground, paths, still
-from studies.arena.judging import said
-from studies.arena.scoring import (
+from studies.arena.rows import ScoreRow, TunedRow
+from studies.arena.search import DIVERGED, GROWTH, INDEX, OBJECTIVE, best_of, front, searched
+from studies.arena.search import EFFORT as EFFORT_COLUMN
+from studies.arena.verdicts.judging import Judge, said, spilling
+from studies.arena.verdicts.measures import budget_rows, spill_rows
+from studies.arena.verdicts.scoring import (
     Estimate,
     decades,
     difference,
@@ -32,9 +37,7 @@ from studies.arena.scoring import (
     interquartile_mean,
     profile,
 )
-from studies.arena.search import DIVERGED, GROWTH, INDEX, OBJECTIVE, best_of, front, searched
-from studies.arena.search import EFFORT as EFFORT_COLUMN
-from studies.arena.shares import shares, variance_shares
+from studies.arena.verdicts.shares import shares, variance_shares
 from studies.main import main
 from studies.tuning.genetic import Scores
 
@@ -62,13 +65,14 @@ def test_a_score_counts_decades_and_the_diverged_have_none() -> None:
 
 
 def test_the_interquartile_mean_leaves_a_quarter_out_at_either_end() -> None:
-    scores = np.array([[0.0, 1.0, 2.0, 3.0], [4.0, 5.0, 6.0, 100.0]])
+    scores = np.array([[[0.0, 1.0], [2.0, 3.0]], [[4.0, 5.0], [6.0, 100.0]]])
     assert interquartile_mean(scores) == pytest.approx(np.mean([2.0, 3.0, 4.0, 5.0]))
     assert interquartile_mean(scores) != pytest.approx(scores.mean())  # negative control
 
 
 def test_improvement_is_mann_whitneys_by_task() -> None:
-    first, second = np.array([[1.0, 3.0], [9.0, 9.0]]), np.array([[2.0, 2.0], [9.0, 10.0]])
+    first = np.array([[[1.0, 3.0]], [[9.0, 9.0]]])
+    second = np.array([[[2.0], [2.0]], [[9.0], [10.0]]])
     assert improvement(first, second) == pytest.approx(
         ((0 + 0 + 1 + 1) / 4 + (0.5 + 0 + 0.5 + 0) / 4) / 2
     )
@@ -86,20 +90,31 @@ def test_intervals_hold_what_they_should() -> None:
     """Of 200 samples of 10 runs of one distribution, about 95 % have its mean in the interval."""
     rng, inside = np.random.default_rng(1), 0
     for seed in range(200):
-        sample = rng.normal(1.0, 1.0, size=(3, 10))
+        sample = rng.normal(1.0, 1.0, size=(3, 10, 1))
         _, low, high = estimated(interquartile_mean, [sample], seed, resamples=199)
         inside += low <= 1.0 <= high
     assert 170 <= inside <= 199  # percentile intervals of so few are a little short
 
 
+def test_repeats_of_a_search_are_no_searches() -> None:
+    """Ten searches run thrice with all but the same outcome: as wide as ten, not as thirty."""
+    rng = np.random.default_rng(1)
+    once = rng.normal(size=(1, 10, 1)) * np.ones((3, 1, 1))  # good ones are on every trajectory
+    thrice = once + 1e-6 * rng.normal(size=(3, 10, 3))
+    wide, same = (estimated(interquartile_mean, [each], 1) for each in (once, thrice))
+    assert same.high - same.low == pytest.approx(wide.high - wide.low, rel=0.15)
+    apart = estimated(interquartile_mean, [thrice.reshape(3, 30, 1)], 1)  # negative control
+    assert apart.high - apart.low < 0.75 * (same.high - same.low)
+
+
 def test_pairs_that_are_the_same_differ_by_nothing() -> None:
-    sample = np.random.default_rng(1).normal(size=(3, 8))
+    sample = np.random.default_rng(1).normal(size=(3, 8, 2))
     assert estimated(difference, [sample, sample], 1, paired=True) == Estimate(0.0, 0.0, 0.0)
     chance = estimated(improvement, [sample, sample], 1)
     assert chance.low < chance.value == 0.5 < chance.high and said(chance) == "open"
     assert said(Estimate(0.9, 0.6, 1.0)) == "first" and said(Estimate(0.1, 0.0, 0.4)) == "second"
-    with pytest.raises(ParameterError, match="one run or more of each"):
-        estimated(interquartile_mean, [np.zeros((3, 0))], 1)
+    with pytest.raises(ParameterError, match="one or more of each"):
+        estimated(interquartile_mean, [np.zeros((3, 0, 1))], 1)
     with pytest.raises(ParameterError, match="as many runs"):
         estimated(difference, [sample, sample[:, :5]], 1, paired=True)
 
@@ -110,8 +125,9 @@ def test_shares_of_an_additive_table_are_its_variances() -> None:
     scores = a[:, None, None] + b[None, :, None] + noise[None, None, :]
     parts = np.array([1.0, 2 / 3, 0.0, 0.25])
     np.testing.assert_allclose(variance_shares(scores), parts / parts.sum(), atol=1e-12)
-    rows = shares(scores, ("b?", "a?"), seed=1)
+    rows = shares(scores, ("b?", "a?"), seed=1, searched=2, of="both")
     assert [row.factor for row in rows] == ["b?", "a?", "interactions", "tuning seed"]
+    assert {row.of for row in rows} == {"both"}
     assert sum(row.share for row in rows) == pytest.approx(1.0)
     assert not variance_shares(np.ones((2, 2, 2))).any()
 
@@ -265,6 +281,104 @@ def test_scores_are_those_of_the_runs(quick_arena: QuickRun) -> None:
             assert float(row["diverged"]) == pytest.approx(lost / len(its))
 
 
+def test_parts_of_the_index_add_up_to_it(quick_arena: QuickRun) -> None:
+    found = pq.read_table(quick_arena.folder / "results.parquet").to_pylist()
+    ended = [each for each in found if not each["diverged"]]
+    for each in ended:
+        parts = [each[f"index_{name}"] for name in "xyv"]
+        assert sum(parts) == pytest.approx(each["index"], rel=1e-9) and min(parts) >= 0.0
+    assert max(each["index_v"] / each["index"] for each in ended if each["index"]) > 1e-3
+
+
+def test_measures_are_medians_of_the_runs(quick_arena: QuickRun) -> None:
+    found = pq.read_table(quick_arena.folder / "results.parquet").to_pylist()
+    rows = quick_arena.table("measures.csv")
+    assert {"push", "pulse", "line"} <= {row["trajectory"] for row in rows}
+    names = ("condition", "plant", "reference", "trajectory", "hardware")
+    for row in rows[:40]:
+        if row["level"] != NOMINAL:
+            continue
+        its = [
+            math.inf if each["diverged"] else each["rms_error"]
+            for each in found
+            if each["class"] == row["contestant"] and each["robot"] == NOMINAL
+            if all(each[name] == row.get(name, "bench") for name in names)
+            if (each["setting"], each["period"]) == ("simulink", 1e-3)
+        ]
+        assert len(its) == int(row["runs"])
+        middle = float(np.median(its))
+        assert float(row["rms_error"] or math.inf) == pytest.approx(middle, rel=1e-12)
+        if row["rms_error_low"] and row["rms_error_high"]:
+            assert float(row["rms_error_low"]) <= middle <= float(row["rms_error_high"])
+
+
+def test_nothing_dominates_what_is_on_a_front(quick_arena: QuickRun) -> None:
+    found = pq.read_table(quick_arena.folder / "results.parquet").to_pylist()
+    rows = [row for row in quick_arena.table("fronts.csv") if row["condition"] == NOMINAL]
+    assert {row["measure"] for row in rows} == {"variation", "rms"}
+    for row in rows:
+        if row["reference"] != "true-tip":
+            continue
+        its = [
+            each
+            for each in found
+            if (each["condition"], each["reference"]) == (NOMINAL, "true-tip")
+            and (each["plant"], each["trajectory"]) == (row["plant"], row["trajectory"])
+            and not each["diverged"]
+        ]
+        assert its
+        for each in its:
+            efforts = {
+                "variation": each["variation_1"] + each["variation_2"],
+                "rms": math.hypot(each["rms_torque_1"], each["rms_torque_2"]),
+            }
+            effort, index = float(row["effort"]), float(row["index"])
+            assert not (efforts[row["measure"]] < effort and each["index"] < index)
+
+
+def test_a_finer_model_says_who_spills() -> None:
+    """Two classes on three modes, two searches each: one controller of four diverges on five."""
+    runs = [
+        (name, seed, plant, name == "pid" and seed == 2 and plant != "assumed-modes:3")
+        for name in ("pid", "lead")
+        for seed in (1, 2)
+        for plant in ("assumed-modes:3", "assumed-modes:5", "chain:6")
+    ]
+    columns: dict[str, list[object]] = {
+        "class": [each[0] for each in runs],
+        "seed": [each[1] for each in runs],
+        "plant": [each[2] for each in runs],
+        "diverged": [each[3] for each in runs],
+    }
+    same = {"tuning": spilling(3), "condition": NOMINAL, "reference": "plain", "repeat": 0}
+    same |= {"trajectory": "line", "index": 1e-4}
+    table = pa.table(columns | {name: [each] * len(runs) for name, each in same.items()})
+    row = TunedRow("pid", spilling(3), 1, 20, 1.0, 0.0, 1.0, 1.0, 1.0, None, 3.0, "")
+    tuned = [
+        replace(row, contestant=name, seed=seed, growth=3.0 if name == "pid" else 0.0)
+        for name in ("pid", "lead")
+        for seed in (1, 2)
+    ]
+    found = {(r.contestant, r.plant): r for r in spill_rows(Judge(table, {"line": 1.0}, 1), tuned)}
+    assert {plant for _, plant in found} == {"assumed-modes:5", "chain:6"}  # none on its own
+    whole, pid, lead = (found[each, "assumed-modes:5"] for each in ("all", "pid", "lead"))
+    assert (whole.controllers, whole.grows, whole.diverge, whole.share) == (4, 2, 1, 0.25)
+    assert (pid.diverge, lead.diverge, lead.grows) == (1, 0, 0)
+    assert whole.low < 0.25 < whole.high
+
+
+def test_a_budget_is_enough_if_twice_as_much_moves_less_than_the_interval() -> None:
+    row = TunedRow("lead", CORE, 1, 20, 1.0, 0.0, 1e-3, 1e-3, 1.0, 1e-4, 0.0, "")
+    score = ScoreRow(
+        "lead", "-", "-", CORE, NOMINAL, NOMINAL, "p", "plain", 9, *(2.0, 1.4, 2.6), 0, 0, 0
+    )
+    moved = [row, replace(row, seed=2, twice=1e-3), replace(row, seed=3, twice=None)]
+    (found,) = budget_rows(moved, [score], "p", {"lead": "plain"})
+    assert (found.searches, found.moved, found.enough) == (2, pytest.approx(0.5), True)
+    narrow = replace(score, low=1.9, high=2.1)
+    assert not budget_rows(moved, [narrow], "p", {"lead": "plain"})[0].enough
+
+
 def test_one_class_under_two_names_is_as_good_and_a_bad_one_loses(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -278,7 +392,7 @@ def test_one_class_under_two_names_is_as_good_and_a_bad_one_loses(
     bad = replace(CLASSES["zv"], name="bad", knobs=slow, aid="plain")
     monkeypatch.setitem(CLASSES, "bad", bad)  # type: ignore[arg-type]
     pairs = (("test", "lead", "again"), ("test", "bad", "lead"))
-    monkeypatch.setattr("studies.arena.judging.PAIRS", pairs)
+    monkeypatch.setattr("studies.arena.verdicts.judging.PAIRS", pairs)
     result = run(
         ArenaConfig(
             quick=True,

@@ -3,12 +3,12 @@
 >>> judge = Judge(table, still={"line": 0.8}, seed=1)
 >>> judge.score_rows()
 
-What is compared is drawn by trajectory: seeds of searches, and repeats, within each.
+Drawn anew for intervals are searches, and repeats within each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -19,8 +19,9 @@ from flexsim.numerics.types import Array
 from flexsim.shaping.aids import PLAIN
 from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
-from studies.arena.rows import FrontRow, ProfileRow, ScoreRow, VerdictRow
-from studies.arena.scoring import (
+from studies.arena.rows import ProfileRow, ScoreRow, ShareRow, VerdictRow
+from studies.arena.verdicts.loops import LoopNumbers, of_task
+from studies.arena.verdicts.scoring import (
     Estimate,
     decades,
     difference,
@@ -29,8 +30,7 @@ from studies.arena.scoring import (
     interquartile_mean,
     profile,
 )
-from studies.arena.search import front
-from studies.arena.shares import ShareRow, shares
+from studies.arena.verdicts.shares import shares
 from studies.core.evidence.intervals import share_interval
 
 Mask = NDArray[np.bool_]
@@ -58,6 +58,13 @@ KEYS = (  # of runs that are one case
     *("robot", "setting", "hardware", "period"),
 )
 FACTORS = ("structure", "order", "reference", "plant", "trajectory")
+TUNING_FACTORS = ("class", "tuning", "plant", "trajectory")
+ISO_DAMPING = "iso-damping"
+DAMPED = tuple(
+    (each, "collocated") for each in ("flat-phase", "lead", "five", "collocated-fractional")
+)
+PIDS, TUNINGS = "PIDs", "tunings"  # of whom shares are
+OTHER_TUNINGS = ("genetic", "true-tip", "feedforward", "worst plant", "ideal")
 
 
 class Judge:
@@ -81,14 +88,18 @@ class Judge:
             found &= self.of[name] == value
         return found
 
-    def by_task(self, mask: Mask, columns: tuple[str, ...] = ("seed", "repeat")) -> Array:
-        """Return scores (T, n) by trajectory, runs in the order of seeds and repeats."""
-        rows = []
-        for path in self.paths:
-            its = np.flatnonzero(mask & (self.of["trajectory"] == path))
-            order = np.lexsort([self.of[name][its] for name in reversed(columns)])
-            rows.append(self.scores[its[order]])
-        return np.array(rows)
+    def by_task(self, mask: Mask, values: Array | None = None) -> Array:
+        """Return scores, or other values of all runs, (T, S, R) by trajectory, search and repeat.
+
+        Every search of a mask has the same trajectories and repeats.
+        """
+        of = self.scores if values is None else values
+        its = np.flatnonzero(mask)
+        paths = {path: t for t, path in enumerate(self.paths)}
+        task = np.array([paths[each] for each in self.of["trajectory"][its]], dtype=int)
+        order = its[np.lexsort([self.of["repeat"][its], self.of["seed"][its], task])]
+        searches = len(np.unique(self.of["seed"][its]))
+        return of[order].reshape(len(np.unique(task)), searches, -1)
 
     @cached_property
     def paths(self) -> list[str]:
@@ -113,53 +124,51 @@ class Judge:
 
     # --- scores ---------------------------------------------------------------------------------
 
+    def cases(self, mask: Mask) -> Iterator[tuple[dict[str, str], Mask]]:
+        """Give what runs of a mask are cases of, by KEYS and `level`, and the runs of each."""
+        its = np.flatnonzero(mask)
+        columns = [self.of[name][its].astype(str) for name in KEYS]
+        names, which = np.unique(
+            ["\0".join(each) for each in zip(*columns, strict=True)], return_inverse=True
+        )
+        order = np.argsort([its[which == k][0] for k in range(len(names))])
+        for k in order:
+            where = dict(zip(KEYS, str(names[k]).split("\0"), strict=True))
+            chosen = np.zeros_like(mask)
+            chosen[its[which == k]] = True
+            yield where | {"level": level_of(where)}, chosen
+
     def score_rows(self) -> list[ScoreRow]:
         """Return every class under every condition, on every plant."""
-        keys = (
-            "class",
-            "tuning",
-            "condition",
-            "plant",
-            "reference",
-            "robot",
-            "setting",
-            "hardware",
-        )
-        columns = [self.of[name].astype(str) for name in keys] + [self.of["period"].astype(str)]
-        names = np.array(["\0".join(each) for each in zip(*columns, strict=True)])
-        found = []
-        for name in dict.fromkeys(names[self.scored].tolist()):
-            parts = dict(zip(KEYS, name.split("\0"), strict=True))
-            mask = (names == name) & self.scored
-            found.append(self._score_row(parts, mask))
-        return found
+        return [self._score_row(where, mask) for where, mask in self.cases(self.scored)]
 
-    def _score_row(self, parts: dict[str, str], mask: Mask) -> ScoreRow:
-        scores, lost = self.by_task(mask), self.of["diverged"][mask]
-        score = estimated(interquartile_mean, [scores], self.seed)
-        chosen = CLASSES.get(parts["class"])
+    def _score_row(self, where: dict[str, str], mask: Mask) -> ScoreRow:
+        score = estimated(interquartile_mean, [self.by_task(mask)], self.seed)
+        lost = self._diverged(mask)
+        chosen = CLASSES.get(where["class"])
         return ScoreRow(
-            contestant=parts["class"],
             order=chosen.order if chosen else "-",
             structure=chosen.structure if chosen else "-",
-            tuning=parts["tuning"],
-            condition=parts["condition"],
-            level=level_of(parts),
-            plant=parts["plant"],
-            reference=parts["reference"],
+            **case_of(where),
             runs=int(mask.sum()),
             score=score.value,
             low=score.low,
             high=score.high,
-            diverged=float(lost.mean()),
-            **dict(
-                zip(
-                    ("diverged_low", "diverged_high"),
-                    share_interval(int(lost.sum()), len(lost)),
-                    strict=True,
-                )
-            ),
+            diverged=lost.value,
+            diverged_low=lost.low,
+            diverged_high=lost.high,
         )
+
+    def _diverged(self, mask: Mask) -> Estimate:
+        """Return the share of runs that diverged, and its interval over searches.
+
+        Where all did, or none, that of as many searches.
+        """
+        lost = self.by_task(mask, self.of["diverged"].astype(float))
+        share, searches = float(lost.mean()), lost.shape[1]
+        if share in (0.0, 1.0):
+            return Estimate(share, *share_interval(round(share * searches), searches))
+        return estimated(lambda each: each.mean(axis=(-3, -2, -1)), [lost], self.seed)
 
     # --- verdicts -------------------------------------------------------------------------------
 
@@ -180,21 +189,27 @@ class Judge:
                 helped = self.where(**its, reference=reference)
                 if helped.any() and plain.any():
                     names = f"{contestant}, {reference}", f"{contestant}, as tuned"
-                    rows.append(self._pair("reference", *names, plant, helped, plain))
+                    rows.append(self._pair("reference", *names, plant, helped, plain, paired=True))
             for other in self.plants[1:]:
                 names = f"{contestant} on {other}", f"{contestant} on {plant}"
                 elsewhere = self.usual(contestant, other)
                 if elsewhere.any() and plain.any():
-                    rows.append(self._pair("model", *names, other, elsewhere, plain))
+                    rows.append(self._pair("model", *names, other, elsewhere, plain, paired=True))
         return rows + self._tunings()
 
     def _pair(
-        self, factor: str, first: str, second: str, plant: str, one: Mask, other: Mask
+        self,
+        factor: str,
+        first: str,
+        second: str,
+        plant: str,
+        one: Mask,
+        other: Mask,
+        paired: bool = False,
     ) -> VerdictRow:
         samples = self.by_task(one), self.by_task(other)
-        chance = estimated(improvement, samples, self.seed)
-
-        apart = estimated(difference, samples, self.seed)
+        chance = estimated(improvement, samples, self.seed, paired)
+        apart = estimated(difference, samples, self.seed, paired)
         return VerdictRow(factor, first, second, plant, *chance, *apart, said(chance))
 
     def _tunings(self) -> list[VerdictRow]:
@@ -202,7 +217,7 @@ class Judge:
         rows = []
         names = zip(self.of["class"].tolist(), self.of["tuning"].tolist(), strict=True)
         for contestant, tuning in dict.fromkeys(names):
-            if tuning == CORE:
+            if tuning not in OTHER_TUNINGS:
                 continue
             own = self.where(**{"class": contestant, "tuning": tuning})
             seeds = np.isin(self.of["seed"], self.of["seed"][own])
@@ -214,6 +229,21 @@ class Judge:
                 if other.any() and usual.any():
                     label = f"{contestant}, {tuning}", f"{contestant}, {CORE}"
                     rows.append(self._pair("tuning", *label, plant, other, usual))
+        return rows
+
+    def damping_rows(self, loops: Mapping[str, LoopNumbers]) -> list[VerdictRow]:
+        """Return whose overshoot changes less with a payload, of pairs of which both have loops."""
+        rows = []
+        for first, second in DAMPED:
+            if not {first, second} <= set(loops):
+                continue
+            spreads = [-loops[name].spread for name in (first, second)]
+            samples = [of_task(each[np.isfinite(each)]) for each in spreads]
+            if all(each.size for each in samples):
+                chance = estimated(improvement, samples, self.seed)
+                apart = estimated(difference, samples, self.seed)
+                pair = (ISO_DAMPING, first, second, self.plants[0])
+                rows.append(VerdictRow(*pair, *chance, *apart, said(chance)))
         return rows
 
     def profile_rows(self) -> list[ProfileRow]:
@@ -228,56 +258,60 @@ class Judge:
             for level, share in zip(levels, profile(self.scores[its], levels), strict=True)
         ]
 
-    # --- fronts and shares ----------------------------------------------------------------------
-
-    def front_rows(self) -> list[FrontRow]:
-        """Return of every trajectory and condition who is on the front of error against effort."""
-        found = []
-        effort = self.of["variation_1"] + self.of["variation_2"]
-        names = self.where(tuning=CORE) & np.isfinite(self.index)
-        for plant in self.plants[:1]:
-            for condition in dict.fromkeys(self.of["condition"].tolist()):
-                for path in self.paths:
-                    its = np.flatnonzero(
-                        names & self.where(plant=plant, condition=condition, trajectory=path)
-                    )
-                    points = np.column_stack([effort[its], self.index[its]])
-                    for i in its[front(points)] if its.size else ():
-                        found.append(
-                            FrontRow(
-                                str(self.of["class"][i]),
-                                int(self.of["seed"][i]),
-                                condition,
-                                path,
-                                plant,
-                                float(effort[i]),
-                                float(self.index[i]),
-                            )
-                        )
-        return found
+    # --- shares ---------------------------------------------------------------------------------
 
     def share_rows(self) -> list[ShareRow]:
-        """Return whose the variance of scores is, of classes that differ in two things alone."""
+        """Return whose the variance of scores is: of PIDs, and of classes with other tunings.
+
+        Both are full factorials: PIDs that differ in structure and order alone, with all references
+        on all plants; classes with all tunings on all plants.
+        """
         classes = set(self.of["class"].tolist())
-        if not {name for pair in FACTORIAL for name in pair} <= classes:
+        found: list[ShareRow] = []
+        if {name for pair in FACTORIAL for name in pair} <= classes:
+            references = (PLAIN, "true-tip", "feedforward")
+            whole = [
+                [
+                    [
+                        [self._seeds(name, CORE, ref, plant) for plant in self.plants]
+                        for ref in references
+                    ]
+                    for name in pair
+                ]
+                for pair in FACTORIAL
+            ]
+            found += shares(np.array(whole), FACTORS, self.seed, 2, PIDS)
+        return found + self._tuning_shares()
+
+    def _tuning_shares(self) -> list[ShareRow]:
+        pairs = set(zip(self.of["class"].tolist(), self.of["tuning"].tolist(), strict=True))
+        names = [each for each in CLASSES if (each, OTHER_TUNINGS[0]) in pairs]
+        tunings = (CORE, *OTHER_TUNINGS)
+        if len(names) < 2 or not {(name, each) for name in names for each in tunings} <= pairs:
             return []
-        references = (PLAIN, "true-tip", "feedforward")
+        seeds = len(set(self.of["seed"][self.of["tuning"] == OTHER_TUNINGS[0]].tolist()))
         whole = [
             [
-                [[self._seeds(name, ref, plant) for plant in self.plants] for ref in references]
-                for name in pair
+                [
+                    self._seeds(name, tuning, self.own_reference(name), plant)[:, :seeds]
+                    for plant in self.plants
+                ]
+                for tuning in tunings
             ]
-            for pair in FACTORIAL
+            for name in names
         ]
-        scores = np.array(whole)  # structure, order, reference, plant, trajectory, seed
-        return shares(scores, FACTORS, self.seed)
+        return shares(np.array(whole), TUNING_FACTORS, self.seed, 2, TUNINGS)
 
-    def _seeds(self, contestant: str, reference: str, plant: str) -> Array:
+    def _seeds(self, contestant: str, tuning: str, reference: str, plant: str) -> Array:
         """Return a class's scores (T, seeds), the mean over repeats."""
-        its = {"class": contestant, "tuning": CORE, "condition": NOMINAL, "plant": plant}
-        scores = self.by_task(self.where(**its, reference=reference))
-        seeds = len(set(self.of["seed"][self.where(**its)].tolist()))
-        return scores.reshape(len(scores), seeds, -1).mean(axis=-1)
+        its = {"class": contestant, "tuning": tuning, "condition": NOMINAL, "plant": plant}
+        return np.asarray(self.by_task(self.where(**its, reference=reference)).mean(axis=-1))
+
+
+def case_of(where: Mapping[str, str]) -> dict[str, Any]:
+    """Return what rows say of a case of `Judge.cases`."""
+    names = ("tuning", "condition", "level", "plant", "reference")
+    return {"contestant": where["class"], **{name: where[name] for name in names}}
 
 
 def spilling(modes: int) -> str:

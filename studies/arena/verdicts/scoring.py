@@ -5,12 +5,16 @@
 >>> improvement(first, second)                     # chance that a run of the first is better
 
 A score is how many decades the index (5) lies below that of an arm that stands still where the
-reference starts; a run that diverged, or that is no better, has 0. Intervals are percentiles of a
-bootstrap that draws seeds and repeats anew within each task, a trajectory: strata that are never
-mixed.
+reference starts; a run that diverged, or that is no better, has 0. Scores are sorted by task, a
+trajectory, by seed, a search, and by repeat: (T, S, R).
+
+Intervals are percentiles of a bootstrap that draws searches anew, each with all of its tasks, since
+one search's controller runs on all of them, and then repeats within task and search. Repeats differ
+by a fourth digit: counted as runs of their own they would make intervals too short by their root.
 
 Source: R. Agarwal et al., Deep reinforcement learning at the edge of the statistical precipice,
-NeurIPS 2021: interquartile means, stratified bootstrap, probability of improvement, profiles.
+NeurIPS 2021: interquartile means, bootstrap by task, probability of improvement, profiles. Theirs
+trains anew for every task, and so draws each task's runs by themselves.
 """
 
 from __future__ import annotations
@@ -52,9 +56,9 @@ def decades(index: ArrayLike, still: ArrayLike) -> Array:
 
 
 def interquartile_mean(scores: ArrayLike) -> Any:
-    """Return the mean of the middle half of scores (..., T, n), over the last two axes."""
+    """Return the mean of the middle half of scores (..., T, S, R), over the last three axes."""
     found = np.asarray(scores, dtype=float)
-    flat = np.sort(found.reshape(*found.shape[:-2], -1), axis=-1)
+    flat = np.sort(found.reshape(*found.shape[:-3], -1), axis=-1)
     cut = int(QUARTER * flat.shape[-1])
     return flat[..., cut : flat.shape[-1] - cut].mean(axis=-1)
 
@@ -63,12 +67,16 @@ def improvement(first: ArrayLike, second: ArrayLike) -> Any:
     """Return the chance that a run of the first scores more than one of the second, ties halved.
 
     Args:
-        first, second: (..., T, n), (..., T, m) by task; the mean over tasks, within which alone is
-            compared.
+        first, second: (..., T, S, R) each; the mean over tasks, within which alone is compared.
     """
-    one, other = np.asarray(first, float), np.asarray(second, float)
+    one, other = (_by_task(each) for each in (first, second))
     more = one[..., :, :, None] - other[..., :, None, :]
     return np.mean((more > 0) + 0.5 * (more == 0), axis=(-3, -2, -1))
+
+
+def _by_task(scores: ArrayLike) -> Array:
+    found = np.asarray(scores, dtype=float)
+    return found.reshape(*found.shape[:-2], -1)
 
 
 def difference(first: ArrayLike, second: ArrayLike) -> Any:
@@ -89,19 +97,21 @@ def estimated(
     paired: bool = False,
     resamples: int = RESAMPLES,
 ) -> Estimate:
-    """Return a statistic of samples with its interval, by a bootstrap within tasks.
+    """Return a statistic of samples with its interval, by a bootstrap of searches and repeats.
 
     Args:
-        of: from samples (..., T, n) each to numbers (...).
-        samples: (T, n) by task and run; runs are drawn anew, for each task apart.
-        seed: of the draws. paired: whether runs i of all samples belong together, and stay so.
+        of: from samples (..., T, S, R) each to numbers (...).
+        samples: (T, S, R) by task, search and repeat.
+        seed: of the draws. paired: whether search i of all samples is the same one, and stays so.
 
     Raises:
         ParameterError: a sample has no runs, or paired ones have different numbers of them.
     """
     every = [np.asarray(each, dtype=float) for each in samples]
-    if any(each.ndim != 2 or not each.size for each in every):
-        raise ParameterError("scores are given by task and run; give one run or more of each")
+    if any(each.ndim != 3 or not each.size for each in every):
+        raise ParameterError(
+            "scores are given by task, search and repeat; give one or more of each"
+        )
     if paired and len({each.shape for each in every}) > 1:
         raise ParameterError("paired scores need as many runs of each; give as many")
     rng = np.random.default_rng(seed)
@@ -111,8 +121,10 @@ def estimated(
         redrawn: list[Array] = []
         for each in every:
             if not redrawn or not paired:
-                picks = rng.integers(0, each.shape[1], size=(count, *each.shape))
-            redrawn.append(np.take_along_axis(each[None], picks, axis=2))
+                tasks, searches, repeats = each.shape
+                chosen = rng.integers(0, searches, size=(count, 1, searches, 1))
+                again = rng.integers(0, repeats, size=(count, *each.shape))
+            redrawn.append(each[np.arange(tasks)[:, None, None], chosen, again])
         drawn[start : start + count] = of(*redrawn)
     drawn.sort()
     beyond = max(1, round((1 - LEVEL) / 2 * (resamples + 1)))

@@ -4,34 +4,23 @@
 
 Balanced analysis of variance: a factor's share is the variance of the means over all else, that of
 `interactions` what is left between the cells, and that of the tuning's seed what is left within
-them. Intervals draw seeds anew.
+them. Intervals draw searches anew, each with all that its controller ran on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
 from flexsim.errors import ParameterError
 from flexsim.numerics.types import Array
+from studies.arena.rows import ShareRow
 from studies.core.evidence.intervals import LEVEL
 
 RESAMPLES = 999
 INTERACTIONS, SEED = "interactions", "tuning seed"
-
-
-@dataclass(frozen=True)
-class ShareRow:
-    """A factor's share of the variance of scores, with its interval [-]."""
-
-    factor: str
-    levels: int
-    share: float
-    low: float
-    high: float
 
 
 def variance_shares(scores: Array) -> Array:
@@ -50,11 +39,15 @@ def variance_shares(scores: Array) -> Array:
     return np.array([*mains, between - sum(mains), total - between]) / total
 
 
-def shares(scores: Array, factors: Sequence[str], seed: int) -> list[ShareRow]:
+def shares(
+    scores: Array, factors: Sequence[str], seed: int, searched: int, of: str = ""
+) -> list[ShareRow]:
     """Return every factor's share, the largest first, then interactions and seeds.
 
     Args:
         scores: (L_1, ..., L_F, seeds). factors: names of the first F axes.
+        searched: how many of them have searches of their own; the others share one search's
+            controller. of: whose variance, for the rows.
 
     Raises:
         ParameterError: there are not as many names as axes.
@@ -63,18 +56,21 @@ def shares(scores: Array, factors: Sequence[str], seed: int) -> list[ShareRow]:
         raise ParameterError(f"{len(factors)} factors of {scores.ndim} axes; give one for each")
     rng = np.random.default_rng(seed)
     cells, runs = scores.shape[:-1], scores.shape[-1]
+    own_cells = (*cells[:searched], *(1,) * (len(cells) - searched))
     drawn = np.empty((RESAMPLES, len(factors) + 2))
     for i in range(RESAMPLES):
-        picks = rng.integers(0, runs, size=(*cells, runs))
-        drawn[i] = variance_shares(np.take_along_axis(scores, picks, axis=-1))
+        picks = rng.integers(0, runs, size=(*own_cells, runs))
+        all_picks = np.broadcast_to(picks, scores.shape)
+        drawn[i] = variance_shares(np.take_along_axis(scores, all_picks, axis=-1))
     drawn.sort(axis=0)
     beyond = max(1, round((1 - LEVEL) / 2 * (RESAMPLES + 1)))
     own = variance_shares(scores)
     drawn += own - drawn.mean(axis=0)  # fewer different seeds in a draw: less variance of theirs
+    drawn = drawn.clip(0.0, 1.0)
     names = [*factors, INTERACTIONS, SEED]
     levels = [*cells, int(np.prod(cells)), runs]
     rows = [
-        ShareRow(*each, *map(float, ends))
+        ShareRow(of, *each, *map(float, ends))
         for *each, ends in zip(
             names,
             levels,

@@ -1,0 +1,1 @@
+"""The arena in tables, figures and a sentence. Nothing here decides a result."""
