@@ -19,7 +19,7 @@ from studies.main import COMMANDS
 
 WIDTH = 80  # columns of the terminal
 OPTIONS: dict[str, dict[str, Any]] = {  # what makes a quick run quicker still
-    "arena": {"conditions": ("nominal", "payload")},
+    "arena": {"conditions": ("nominal", "payload", "disturbed")},
     "converge": {"rounds": 1},
     "compare": {"controllers": ("ours", "table2")},
     "laboratory": {"synthetic": 2, "plants": ("assumed-modes",)},
