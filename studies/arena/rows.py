@@ -7,6 +7,18 @@ from typing import Any
 
 
 @dataclass(frozen=True)
+class KnobRow:
+    """A knob that searches turn: its range, and whether it is drawn by its logarithm."""
+
+    contestant: str
+    knob: str
+    unit: str
+    low: float
+    high: float
+    log: bool
+
+
+@dataclass(frozen=True)
 class TunedRow:
     """What one search found.
 

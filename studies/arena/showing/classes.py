@@ -9,7 +9,7 @@ import numpy as np
 
 from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
-from studies.arena.rows import ArenaResult, BudgetRow, MeasureRow, ScoreRow
+from studies.arena.rows import ArenaResult, BudgetRow, KnobRow, MeasureRow, ScoreRow
 
 HARD = (("hardware", "delay 2"), ("payload", "200 g"), ("friction", "opposing"))
 DISTURBED = ("push", "pulse")
@@ -133,3 +133,9 @@ def disturbed_rows(result: ArenaResult) -> list[DisturbedRow]:
     names = [row.contestant for row in class_rows(result)]
     rows = [DisturbedRow(name, *(by.get((name, each)) for each in DISTURBED)) for name in names]
     return [row for row in rows if row.push or row.pulse]
+
+
+def knob_rows(result: ArenaResult) -> list[KnobRow]:
+    """Return the knobs of all classes that were tuned."""
+    names = dict.fromkeys(row.contestant for row in result.tuned)
+    return [KnobRow(name, *knob) for name in names for knob in CLASSES[name].knobs]

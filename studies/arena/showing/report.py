@@ -17,6 +17,7 @@ from studies.arena.showing.classes import (
     SearchRow,
     class_rows,
     disturbed_rows,
+    knob_rows,
     search_rows,
 )
 from studies.core.table import Column, Table
@@ -182,6 +183,7 @@ def tables(result: ArenaResult) -> list[Table]:
     ]
     return [table for table in found if table.rows] + [
         Table(result.verdicts, key="verdicts", file="verdicts.csv"),
+        Table(knob_rows(result), key="knobs", file="knobs.csv"),
         Table(result.tuned, key="tuned", file="tuned.csv"),
         Table(result.scores, key="scores", file="scores.csv"),
         Table(result.measures, key="measures", file="measures.csv"),
