@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUN ?= runs/compare
 
-.PHONY: compare test slow check format install clean
+.PHONY: compare test slow check docs reproduce format install clean
 
 compare: install
 	$(BIN)/flexsim compare --out $(RUN) --force
@@ -23,15 +23,25 @@ check: install
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# The site, into site/: it opens from there, offline; broken links end it
+docs: install
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --site-dir site
+
+# Every block that the documents quote, made again and compared; ITEMS="compare ladder" for some of them
+reproduce: install
+	$(BIN)/python docs/reproduce.py $(ITEMS)
+
 format: install
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 install: $(VENV)/installed
 
-$(VENV)/installed: pyproject.toml constraints.txt
+$(VENV)/installed: pyproject.toml constraints.txt tests/crates.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(PYTHON) -m venv $(VENV)/crates
+	$(VENV)/crates/bin/python -m pip install --quiet --no-compile --disable-pip-version-check -r tests/crates.txt
 	touch $@
 
 clean:

@@ -39,7 +39,7 @@ class RigidJoint(NamedTuple):
     """[s]."""
 
     def response(self, omega: NDArray[np.float64] | float) -> NDArray[np.complex128]:
-        """Return the response from torque to angle at frequencies [rad/s] [rad/(N m)]."""
+        """Return the response from torque to angle [rad/(N m)] at frequencies [rad/s]."""
         s = 1j * np.asarray(omega, dtype=float)
         return np.asarray(np.exp(-s * self.delay) / (self.inertia * s * s))
 

@@ -128,7 +128,7 @@ VARIANTS = (
     Variant("genetic", tuner="genetic"),
     Variant("true-tip", aid="true-tip"),
     Variant("feedforward", aid="feedforward"),
-    Variant("worst plant", plants=(TUNED_ON, "closed-chain:10")),
+    Variant("worst plant", plants=(TUNED_ON, "closed-chain:6")),
     Variant("ideal", hardware="ideal"),
 )
 

@@ -138,6 +138,7 @@ _LIST = (
     _form("collocated", "textbook", "the same, v ignored", "integer", mirrored=False),
     _form("collocated-fractional", "long", "fractional PID, v ignored", "fractional", False),
     replace(_PD, name="zv", text="PD, ZV shaper at the joint-free mode", aid="zv-free"),
+    replace(_PD, name="zvd", text="PD, ZVD shaper at the joint-free mode", aid="zvd-free"),
     replace(_PD, name="zvd-held", text="PD, ZVD shaper at the held joints' mode", aid="zvd-held"),
     _model("strain", pd_strain, "PD and feedback of v"),
     _model("lqg", lqg, "LQG with integral action"),

@@ -25,6 +25,7 @@ from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.figures import write_figures
 from studies.core.folder import CONFIG, TABLES, run_folder, to_json, write_config, write_tables
+from studies.core.folders.crate import CRATE
 from studies.core.options import keep_file, show_differences
 from studies.core.study_options import StudyOptions
 from studies.core.table import Table, write_files
@@ -205,7 +206,7 @@ def listed(folder: Path) -> list[str]:
 
 def contents(folder: Path) -> list[str]:
     """Return what a run's folder holds beside its configuration, and how to see a recording."""
-    shown = [name for name in listed(folder) if name not in (CONFIG, TABLES)]
+    shown = [name for name in listed(folder) if name not in (CONFIG, TABLES, CRATE)]
     if RECORDING in shown:
         shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

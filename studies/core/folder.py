@@ -25,7 +25,8 @@ from flexsim.files.cleanup import committing, undone
 from flexsim.files.reading import MIB, read_text
 from flexsim.files.scratch import NEW, OLD, scratch
 from flexsim.numerics.machine import machine
-from studies.core.marker import is_unfinished, require_ours, sign
+from studies.core.folders.crate import write_crate
+from studies.core.folders.marker import is_unfinished, require_ours, sign
 from studies.core.table import Table
 from studies.core.version import sources, version
 
@@ -55,6 +56,8 @@ def run_folder(
     with _beside(out) as private:
         with _spoken_of_as(out, private / NEW):
             yield private / NEW
+            if (private / NEW / CONFIG).is_file() and not (later or unfinished):
+                describe(private / NEW)
             sign(private / NEW, later, unfinished)
         with committing():
             require_free(out, force)
@@ -161,6 +164,16 @@ def add_to_config(folder: Path, **more: Any) -> None:
     text = read_text(folder / CONFIG, CONFIG_MOST, "configuration")
     content = json.loads(text) | more
     write_text(folder / CONFIG, json.dumps(content, indent=2, default=str) + "\n")
+
+
+def describe(folder: Path) -> None:
+    """Write what a finished run is for an archive, from its config.json.
+
+    Raises:
+        RunError: a file cannot be read or written.
+    """
+    text = read_text(folder / CONFIG, CONFIG_MOST, "configuration")
+    write_crate(folder, json.loads(text))
 
 
 def write_tables(folder: Path, tables: Sequence[Table]) -> None:

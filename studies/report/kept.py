@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from flexsim.errors import RunError
 from flexsim.files.reading import MIB
 from studies.core.folder import CONFIG, CONFIG_MOST, TABLES
-from studies.core.marker import is_unfinished
+from studies.core.folders.marker import is_unfinished
 from studies.report.entries import is_there, named, size_of, text_of
 from studies.report.frames import CSV_MOST, PARQUET_MOST, Frame, first_rows, read_csv
 

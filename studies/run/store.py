@@ -28,9 +28,9 @@ from flexsim.errors import RunError
 from flexsim.files.atomic import replacing, write_bytes, write_text
 from flexsim.files.reading import read_text
 from flexsim.files.scratch import sweep
-from studies.core.folder import CONFIG, CONFIG_MOST, run_folder, versions, write_config
-from studies.core.locking import locked
-from studies.core.marker import MARKER, is_unfinished, sign
+from studies.core.folder import CONFIG, CONFIG_MOST, describe, run_folder, versions, write_config
+from studies.core.folders.locking import locked
+from studies.core.folders.marker import MARKER, is_unfinished, sign
 from studies.core.version import sources
 from studies.run.columns import FACTORS, results_schema
 from studies.spec.building import Workshop
@@ -237,6 +237,7 @@ class Store:
     def conclude(self) -> None:
         """Mark the run as ended, its batches gone: they are in the results."""
         shutil.rmtree(self.folder / BATCHES, ignore_errors=True)
+        describe(self.folder)
         sign(self.folder)
 
     def figure(self, name: str) -> Any:

@@ -23,7 +23,8 @@ from typing import Any
 from flexsim.errors import RunError
 from flexsim.mjcf.reading.names import Names
 from studies.core.folder import require_free, run_folder, versions, write_config
-from studies.core.locking import locked
+from studies.core.folders.crate import CRATE
+from studies.core.folders.locking import locked
 from studies.core.study_options import FORMATS, Format
 from studies.tuning.distributions import Distribution
 from studies.tuning.genetic import Generation
@@ -43,7 +44,7 @@ from studies.tuning.tuning import Tuning
 
 CONCLUDED = (  # what a run holds when it has ended, beside its figure
     *(f"convergence.{suffix}" for suffix in ("csv", "md", "tex", "rrd")),
-    *("figures/captions.md", RESULT),
+    *("figures/captions.md", RESULT, CRATE),
 )
 DECIDES = (  # sources that a result depends on
     "flexsim/**/*.py",

@@ -32,7 +32,7 @@ from studies.core.figures import (
     unmathed,
     write_figures,
 )
-from studies.core.folder import to_json
+from studies.core.folder import describe, to_json
 from studies.core.study_options import FORMATS, Format
 from studies.core.table import Column, Table, write_files
 from studies.tuning.distributions import NAMES
@@ -197,6 +197,7 @@ def conclude(
             folder / "convergence.rrd", "index (5) [m2 s]", best, median, stable, about
         )
         write_text(folder / RESULT, _result_text(search, scenarios, rated))
+        describe(folder)
     except RunError:
         raise
     except OSError as error:

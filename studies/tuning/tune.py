@@ -21,7 +21,7 @@ from flexsim.errors import ParameterError
 from flexsim.robot import Robot
 from studies.core.console import console
 from studies.core.ending import NOTHING_KEPT, saying
-from studies.core.locking import locked
+from studies.core.folders.locking import locked
 from studies.core.options import (
     ROBOT_FILE,
     ArmName,

@@ -17,7 +17,7 @@ from flexsim.recording.panels import Page
 from flexsim.recording.rerun_file import entity_part
 from flexsim.recording.texts import escaped, table
 from studies.core.folder import CONFIG
-from studies.core.marker import MARKER
+from studies.core.folders.marker import MARKER
 
 FIGURES = "figures"
 FIGURE_MOST, TABLE_MOST, TEXT_MOST = 32 * MIB, 64 * MIB, 4 * MIB

@@ -17,7 +17,7 @@ from flexsim import RunError
 from flexsim.files.scratch import NEW
 from studies.core.ending import TERMINATED
 from studies.core.folder import CONFIG, origin, run_folder, to_json, versions, write_config
-from studies.core.marker import MARKER
+from studies.core.folders.marker import MARKER
 
 
 @dataclass(frozen=True)

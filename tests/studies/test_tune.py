@@ -19,7 +19,7 @@ from controllers import Controller, Gains, textbook_pid
 from flexsim import ParameterError, Parameters, evaluate, reference, setting, trajectory
 from flexsim.loop.runs import thread_count
 from flexsim.plants.modes_plant import AssumedModesPlant
-from studies.core.locking import locked
+from studies.core.folders.locking import locked
 from studies.main import main
 from studies.tuning import tune as tune_module
 from studies.tuning.distributions import LOG_UNIFORM, NAMES, TABLE_1

@@ -16,7 +16,7 @@ import pytest
 from processes import PATIENCE, flexsim, process, wait_for
 
 from flexsim import RunError
-from studies.core.marker import MARKER, is_unfinished, require_ours
+from studies.core.folders.marker import MARKER, is_unfinished, require_ours
 from studies.main import main
 from studies.run import store
 from studies.run.run import workshop_of

@@ -1,0 +1,60 @@
+"""Folders checked as RO-Crates by a validator of other people's, without the network.
+
+    .venv/crates/bin/python tests/crate_validator.py FOLDER ...      # what is wrong, as JSON
+
+In an environment of its own, `tests/crates.txt`: the validator wants an older rich than we do.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from pathlib import Path
+from unittest.mock import patch
+
+import rdflib.plugins.shared.jsonld.context as jsonld
+import rocrate
+from requests import PreparedRequest, Response
+from requests.adapters import HTTPAdapter
+from rocrate_validator import services
+from rocrate_validator.models import Severity, ValidationSettings
+
+CONTEXT = Path(rocrate.__file__).parent / "data" / "ro-crate.jsonld"  # ships with that library
+FETCHED = "/ro/crate/"  # in the address of what may be asked for
+
+
+def _answer(adapter: HTTPAdapter, request: PreparedRequest, **_: object) -> Response:
+    """Answer a request for the crates' context from the library that ships it."""
+    assert FETCHED in str(request.url), f"{request.url} would be fetched"
+    response = Response()
+    response.status_code, response.url, response.request = 200, str(request.url), request
+    response.headers["Content-Type"] = "application/ld+json"
+    response.raw = io.BytesIO(CONTEXT.read_bytes())
+    return response
+
+
+def _context(source: object, *_: object, **__: object) -> tuple[object, None]:
+    """Return the context to the reader of JSON-LD, which does not ask by requests."""
+    assert FETCHED in str(source), f"{source} would be fetched"
+    return json.loads(CONTEXT.read_text(encoding="utf-8")), None
+
+
+def issues(folder: Path) -> list[str]:
+    """Return what the validator has against a folder, nothing for a valid crate."""
+    settings = ValidationSettings(
+        rocrate_uri=str(folder),
+        profile_identifier="ro-crate-1.1",
+        requirement_severity=Severity.REQUIRED,
+        no_cache=True,
+    )
+    with (
+        patch.object(HTTPAdapter, "send", _answer),
+        patch.object(jsonld, "source_to_json", _context),
+    ):
+        found = services.validate(settings)
+    return [f"{each.check.identifier}: {each.message}" for each in found.get_issues()]
+
+
+if __name__ == "__main__":
+    print(json.dumps([issues(Path(name)) for name in sys.argv[1:]]))

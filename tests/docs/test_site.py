@@ -1,0 +1,122 @@
+"""The site: built without a broken link, formulas tied to code, examples and notebooks that run."""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from cffconvert import Citation
+from nbclient import NotebookClient
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+THEORY = sorted((DOCS / "theory").glob("*.md"))
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
+FORMULA = re.compile(r"^\$\$.*?\$\$$", re.S | re.M)
+TIED = re.compile(r"\n\nCode: \[`[\w.]+`\]\(\.\./\.\./[\w/]+\.py\)")
+FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+
+
+def built(config: Path, to: Path) -> subprocess.CompletedProcess[str]:
+    command = [
+        sys.executable,
+        "-m",
+        "mkdocs",
+        "build",
+        "--strict",
+        "-f",
+        str(config),
+        "-d",
+        str(to),
+    ]
+    quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=quiet)
+
+
+def test_the_site_is_built_without_a_broken_link(tmp_path: Path) -> None:
+    """Pages, READMEs, anchors, and the place in the reference of every function that is named."""
+    done = built(ROOT / "mkdocs.yml", tmp_path / "site")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "site" / "theory" / "arm.html").read_text(encoding="utf-8")
+    assert page.count("<math") > 10 and "arithmatex" not in page
+    wanted = "reference/flexsim/plants/assumed_modes.html#flexsim.plants.assumed_modes.mass_matrix"
+    assert wanted in page
+    assert (tmp_path / "site" / "repository" / "studies" / "compare" / "README.html").is_file()
+    assert "http" not in re.sub(r'href="[^"]*"|xmlns="[^"]*"', "", _scripts(page))
+
+
+def _scripts(page: str) -> str:
+    """Return what a page loads: a site that opens offline loads nothing from elsewhere."""
+    return " ".join(re.findall(r"<(?:script|link|img)[^>]*>", page))
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("[x](nowhere.md)", "nowhere.md"),
+        ("[x](limits.md#nothing)", "no such anchor"),
+        ("[`no_such`](../flexsim/arm/beam.py)", "flexsim.arm.beam.no_such"),
+    ],
+)
+@pytest.mark.slow
+def test_a_broken_link_is_found(line: str, said: str, tmp_path: Path) -> None:
+    limits = DOCS / "limits.md"
+    before = limits.read_text(encoding="utf-8")
+    try:
+        limits.write_text(f"{before}\n{line}\n", encoding="utf-8")
+        done = built(ROOT / "mkdocs.yml", tmp_path / "site")
+    finally:
+        limits.write_text(before, encoding="utf-8")
+    assert done.returncode != 0 and said in done.stderr
+
+
+@pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
+def test_every_formula_is_tied_to_code(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    formulas = list(FORMULA.finditer(text))
+    assert formulas
+    for formula in formulas:
+        assert TIED.match(text, formula.end()), f"no code behind: {formula.group()}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_examples_of_the_pages_run(page: Path) -> None:
+    failed, _ = doctest.testfile(str(page), module_relative=False, optionflags=FLAGS)
+    assert failed == 0
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_run_and_say_what_they_said(path: Path) -> None:
+    """Text that they print is the same; pictures are there."""
+    notebook = nbformat.read(path, as_version=4)
+    before = [_said(cell) for cell in notebook.cells]
+    resources = {"metadata": {"path": str(path.parent)}}
+    NotebookClient(notebook, timeout=600, resources=resources).execute()
+    assert [_said(cell) for cell in notebook.cells] == before
+    assert any(before), "a notebook that says nothing"
+
+
+def _said(cell: nbformat.NotebookNode) -> tuple[str, int]:
+    """Return what a cell printed, and how many pictures it drew."""
+    outputs = cell.get("outputs", [])
+    text = "".join(each.get("text", "") for each in outputs)
+    return text, sum("image/png" in each.get("data", {}) for each in outputs)
+
+
+def test_there_are_three_notebooks() -> None:
+    assert len(NOTEBOOKS) == 3
+
+
+def test_the_citation_is_valid_and_of_this_version() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    Citation(text).validate()
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    (version,) = re.findall(r'^version = "(.*)"$', project, re.M)
+    assert f"version: {version}\n" in text
