@@ -50,21 +50,22 @@ def on_config(config: Any) -> Any:
     titles |= {"models/README.md": "Models", "studies/README.md": "All studies"}
     pages = [{titles.get(r) or r.split("/")[-2]: THERE + r} for r in readmes()]
     config.nav.append({"Findings": pages})
-    config.nav.append(
-        {
-            "Reference": [
-                {
-                    name: [
-                        {dotted(each): REFERENCE + each.removesuffix(".py") + ".md"}
-                        for each in modules()
-                        if each.startswith(f"{name}/")
-                    ]
-                }
-                for name in PACKAGES
-            ]
-        }
-    )
+    config.nav.append({"Reference": [{name: _rooms(name)} for name in PACKAGES]})
     return config
+
+
+def _rooms(package: str) -> list[dict[str, Any]]:
+    """Return a package's pages, its own modules first, then room by room."""
+    rooms: dict[str, list[dict[str, str]]] = {"": []}
+    for module in modules():
+        parts = module.split("/")
+        if parts[0] == package:
+            room = parts[1] if len(parts) > 2 else ""
+            name = dotted(module).removeprefix(f"{package}.").removeprefix(f"{room}.")
+            page = {name: REFERENCE + module.removesuffix(".py") + ".md"}
+            rooms.setdefault(room, []).append(page)
+    own = rooms.pop("")
+    return [*own, *({room: pages} for room, pages in rooms.items())]
 
 
 def on_files(files: Any, config: Any) -> Any:

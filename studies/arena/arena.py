@@ -164,9 +164,9 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     twice: int = 3
     """Seeds at most whose search goes on to twice as many individuals, to see its worth."""
     variants: int = 0
-    """Seeds of further tunings: of all classes on 3, 5 and 8 modes with loops that may grow, of
-    four classes with the paper's algorithm, other references, the worst of two plants, ideal
-    hardware."""
+    """Seeds of further tunings of four classes: the paper's algorithm, other references, the worst
+    of two plants, ideal hardware. And one seed of all classes on 3, 5 and 8 modes with loops that
+    may grow."""
     workers: int | None = None
     """Worker processes on this machine instead of threads, for the evaluation."""
     cluster: str | None = None
@@ -189,6 +189,11 @@ class ArenaConfig(ThreadOptions, SeedOptions, StudyOptions):
     def chosen(self) -> list[Condition]:
         """The conditions asked for."""
         return [CONDITIONS[name] for name in self.conditions]
+
+
+def seeds_of(config: ArenaConfig, variant: Variant) -> int:
+    """Return how many searches of each class a further tuning has: one where all classes do it."""
+    return config.variants if variant.exact else min(config.variants, 1)
 
 
 def _check(config: ArenaConfig) -> None:
@@ -248,7 +253,7 @@ def run(
         for variant in VARIANTS:
             classes = [name for name in config.classes if name in variant.classes]
             its = _ground(config, variant)
-            seeds = config.variants
+            seeds = seeds_of(config, variant)
             _tune(config, variant, its, ground, classes, seeds, result, tuned, progress, kept)
     result.table = evaluated(
         config.chosen,
@@ -426,8 +431,8 @@ def _dry(config: ArenaConfig) -> bool:
     tuned = [_middle(name, CORE, seed) for name in its.classes for seed in range(its.seeds)]
     for each in VARIANTS:
         for name in (name for name in its.classes if name in each.classes):
-            individuals[name] += its.variants * its.simulations
-            tuned += [_middle(name, each.name, seed) for seed in range(its.variants)]
+            individuals[name] += seeds_of(its, each) * its.simulations
+            tuned += [_middle(name, each.name, seed) for seed in range(seeds_of(its, each))]
     costs = seconds_each(ground, its.classes, its.seed)
     found = cost_of(costs, individuals, _runs(its, tuned), len(ground.trajectories))
     console().print(

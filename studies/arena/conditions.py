@@ -29,7 +29,8 @@ DAMPING = {"undamped": 0.0, "damped 1 %": 0.01}
 AIDED = (PLAIN, "true-tip", "feedforward")
 NOISE = 3.0  # times the bench's
 BENCH_NOISE = 1e-4  # [m] rms of v
-PUSH, PULSE = 0.01, (1.0, 0.1)  # [N s] at the tip, [N m] at the motors over 50 ms
+PUSH = 0.01  # [N s] at the tip
+PULSE = (5.0, 1.0)  # [N m] at the motors over 50 ms, beyond the dead zones
 NOMINAL = "nominal"
 CORE = "bench"  # the tuning that all classes have
 

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from flexsim.numerics.types import Array
-from studies.arena.conditions import CORE, SHIPPED, Condition, Tuned, document
+from flexsim.shaping.aids import PLAIN
+from studies.arena.conditions import AIDED, CORE, SHIPPED, Condition, Tuned, document
 from studies.core.evidence.kept import Kept
 from studies.run.columns import FIGURES
 from studies.run.workers import Done, cluster, here, spread
@@ -161,9 +163,19 @@ def workshops(
     seed: int = 1,
     changes: Mapping[str, Any] | None = None,
 ) -> Iterator[tuple[Condition, Workshop]]:
-    """Give what builds the runs of every condition; other tunings run as tuned alone."""
+    """Give what builds the runs of every condition.
+
+    Other tunings run as tuned alone, those on another reference with the others, too.
+    """
     few = [plants[0], *[each for each in plants[1:] if "chain" in each][:1]]
     core = [each for each in tuned if each.tuning == CORE]
+    helped = [each for each in tuned if each.tuning in AIDED]
+    others = [each for each in tuned if each not in core and each not in helped]
+    how = (repeats, seed, changes)
     for condition in conditions:
-        own, its = (plants, tuned) if condition.finer else (few, core)
-        yield condition, workshop_of(document(condition, its, own, repeats, seed, changes))
+        own = plants if condition.finer else few
+        yield condition, workshop_of(document(condition, core, own, *how))
+        for its, aids in ((helped, AIDED), (others, (PLAIN,))) if condition.finer else ():
+            if its:
+                plain = replace(condition, aids=aids)
+                yield plain, workshop_of(document(plain, its, own, *how))

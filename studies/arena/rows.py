@@ -180,8 +180,9 @@ class MarginRow:
     Attributes:
         grows: share of seeds whose loop does [-]. delay_margin: extra delay borne [s].
         peak_1, peak_2: Ms, largest sensitivity of either joint's loop, the other closed [-].
-        overshoot: of joint 2's step without payload [-]. spread: largest less least overshoot
-            with a payload of 0 to 0.2 kg [-], with its interval; None where loops grow.
+        overshoot: of joint 2's step without payload [-]. loaded: share of seeds whose loops grow
+            with none of the payloads, 0 to 0.2 kg [-]. spread: of these, largest less least
+            overshoot with any [-], with its interval.
     """
 
     contestant: str
@@ -191,6 +192,7 @@ class MarginRow:
     peak_1: float | None
     peak_2: float | None
     overshoot: float | None
+    loaded: float
     spread: float | None
     spread_low: float | None
     spread_high: float | None

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
 from studies.arena.rows import ArenaResult, ScoreRow, ShareRow
-from studies.arena.showing.classes import class_rows
-from studies.arena.verdicts.judging import ISO_DAMPING, PIDS, TUNINGS
+from studies.arena.showing.classes import class_rows, search_rows
+from studies.arena.verdicts.judging import FACTORIAL, ISO_DAMPING, PIDS, TUNINGS
 from studies.arena.verdicts.measures import ALL
 
 HOW = {"first": "better than", "second": "worse than", "open": "not told from"}
@@ -44,7 +44,41 @@ def answer(result: ArenaResult) -> str:
         said.append(
             f"On a finer model or a chain more than half of the runs diverge of {', '.join(spilt)}."
         )
-    return " ".join([*said, *_spilling(result), *_shares(result)])
+    more = (_least(result), _helped(result), _elsewhere(result))
+    return " ".join([*said, *filter(None, more), *_spilling(result), *_shares(result)])
+
+
+def _least(result: ArenaResult) -> str:
+    """Say what the best of all searches of the PIDs found."""
+    best = {row.contestant: row.best for row in search_rows(result) if row.best is not None}
+    names = [name for pair in FACTORIAL for name in pair if name in best]
+    found = [f"{name} {1e4 * best[name]:.3g}" for name in names]
+    return f"The best search of each found [1e-4 m2 s]: {', '.join(found)}." if found else ""
+
+
+def _helped(result: ArenaResult) -> str:
+    """Say how many classes a reference helps that they were not tuned with."""
+    parts = []
+    for reference in ("true-tip", "feedforward"):
+        rows = [r for r in result.verdicts if r.first.endswith(f", {reference}")]
+        rows = [row for row in rows if row.factor == "reference"]
+        if rows:
+            better, worse = (sum(r.verdict == how for r in rows) for how in ("first", "second"))
+            parts.append(f"{reference} helps {better} of {len(rows)} classes and harms {worse}")
+    return f"As a reference {', '.join(parts)}." if parts else ""
+
+
+def _elsewhere(result: ArenaResult) -> str:
+    """Say how many classes do otherwise on another plant, and by how much at most."""
+    rows = [row for row in result.verdicts if row.factor == "model"]
+    if not rows:
+        return ""
+    apart = [row for row in rows if row.verdict != "open"]
+    most = max(rows, key=lambda row: abs(row.difference))
+    return (
+        f"Of {len(rows)} pairs of a class on another plant and on that of its tuning {len(apart)} "
+        f"are told apart, by {abs(most.difference):.2f} decades at most ({most.first})."
+    )
 
 
 def _found(result: ArenaResult) -> dict[str, int]:

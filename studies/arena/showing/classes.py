@@ -80,7 +80,7 @@ class SearchRow:
 
     Attributes:
         contestant: the class. grew: share of individuals that were rejected [-]. found: searches
-            in which any held. index [m2 s], effort [-]: of what was found.
+            in which any held. index [m2 s], effort [-]: of what was found. best: least index [m2 s].
         budget: what twice the simulations are worth, None where it was not looked for.
     """
 
@@ -89,6 +89,7 @@ class SearchRow:
     found: int
     searches: int
     index: float | None
+    best: float | None
     effort: float | None
     budget: BudgetRow | None
 
@@ -106,6 +107,7 @@ def search_rows(result: ArenaResult) -> list[SearchRow]:
                 sum(row.objective is not None for row in its),
                 len(its),
                 _median([row.index for row in its]),
+                min((row.index for row in its if row.index is not None), default=None),
                 _median([row.effort for row in its]),
                 budget.get(name),
             )

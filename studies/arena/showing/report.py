@@ -9,6 +9,7 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from flexsim.files.atomic import replacing
+from studies.arena.contestants import CLASSES
 from studies.arena.rows import ArenaResult, MeasureRow, ScoreRow
 from studies.arena.showing.answer import answer, budget_in_words
 from studies.arena.showing.classes import (
@@ -74,7 +75,8 @@ SEARCH_COLUMNS = (
     Column("contestant", "class"),
     Column("grew", "rejected", "%", ".0f", 100),
     Column("found", form=lambda row: f"{row.found} of {row.searches}"),
-    Column("index", "index found", "1e-4 m2 s", ".3g", 1e4),
+    Column("index", "index, median", "1e-4 m2 s", ".3g", 1e4),
+    Column("best", "least", "1e-4 m2 s", ".3g", 1e4),
     Column("effort", "", "-", ".2f"),
     Column("budget", "twice moves", "decades", form=_worth),
 )
@@ -92,7 +94,10 @@ SEARCH_NOTE = (
     "Rejected: individuals whose exact linear loop grows. Twice: decades by which twice as many "
     "simulations lower the objective, of those between the ends of the score's interval."
 )
-DAMPED_NOTE = "Spread: largest less least overshoot of joint 2's step with 0 to 200 g at the tip."
+DAMPED_NOTE = (
+    "Of joint 2's step. Hold loaded: with any of 0 to 200 g at the tip; spread: of these, largest "
+    "less least overshoot."
+)
 VERDICT_COLUMNS = (
     Column("factor"),
     Column("first"),
@@ -112,6 +117,7 @@ MARGIN_COLUMNS = (
     Column("peak_1", "Ms, joint 1", "-", ".2f"),
     Column("peak_2", "Ms, joint 2", "-", ".2f"),
     Column("overshoot", "overshoot", "%", ".0f", 100),
+    Column("loaded", "hold loaded", "%", ".0f", 100),
     Column(
         "spread",
         unit="%",
@@ -148,8 +154,11 @@ SHARE_COLUMNS = (
 
 def tables(result: ArenaResult) -> list[Table]:
     """Return what is to be read; in files also searches, scores, measures, fronts, profiles."""
-    shown = [row for row in result.verdicts if row.factor != "model" or row.verdict != "open"]
-    shown = [row for row in shown if row.plant in result.plants[:1] or row.factor == "model"]
+    shown = [
+        row
+        for row in result.verdicts
+        if row.plant in result.plants[:1] and (row.factor != "reference" or row.first in CLASSES)
+    ]
     spilt = [row for row in result.spills if row.contestant == "all"]
     found = [
         Table(

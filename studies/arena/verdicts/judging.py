@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexsim.numerics.types import Array
 from flexsim.shaping.aids import PLAIN
-from studies.arena.conditions import CORE, NOMINAL
+from studies.arena.conditions import AIDED, CORE, NOMINAL
 from studies.arena.contestants import CLASSES
 from studies.arena.rows import ProfileRow, ScoreRow, ShareRow, VerdictRow
 from studies.arena.verdicts.loops import LoopNumbers, of_task
@@ -30,7 +30,7 @@ from studies.arena.verdicts.scoring import (
     interquartile_mean,
     profile,
 )
-from studies.arena.verdicts.shares import shares
+from studies.arena.verdicts.shares import shares, within_tasks
 from studies.core.evidence.intervals import share_interval
 
 Mask = NDArray[np.bool_]
@@ -58,8 +58,8 @@ KEYS = (  # of runs that are one case
     *("class", "tuning", "condition", "plant", "reference"),
     *("robot", "setting", "hardware", "period"),
 )
-FACTORS = ("structure", "order", "reference", "plant", "trajectory")
-TUNING_FACTORS = ("class", "tuning", "plant", "trajectory")
+FACTORS = ("structure", "order", "reference", "plant", "")  # trajectories: within each
+TUNING_FACTORS = ("class", "tuning", "plant", "")
 ISO_DAMPING = "iso-damping"
 DAMPED = tuple(
     (each, "collocated") for each in ("flat-phase", "lead", "five", "collocated-fractional")
@@ -214,19 +214,22 @@ class Judge:
         return VerdictRow(factor, first, second, plant, *chance, *apart, said(chance))
 
     def _tunings(self) -> list[VerdictRow]:
-        """Return what other tunings are worth, against the core's of the same seeds."""
+        """Return what other tunings are worth, against the core's of the same seeds.
+
+        Of tunings on another reference, on that one.
+        """
         rows = []
         names = zip(self.of["class"].tolist(), self.of["tuning"].tolist(), strict=True)
         for contestant, tuning in dict.fromkeys(names):
             if tuning not in OTHER_TUNINGS:
                 continue
             own = self.where(**{"class": contestant, "tuning": tuning})
-            seeds = np.isin(self.of["seed"], self.of["seed"][own])
+            core = self.where(**{"class": contestant, "tuning": CORE})
+            core &= np.isin(self.of["seed"], self.of["seed"][own])
+            reference = tuning if tuning in AIDED else self.own_reference(contestant)
             for plant in self.plants:
-                its = {"condition": NOMINAL, "plant": plant}
-                reference = self.own_reference(contestant)
-                other = own & self.where(**its, reference=reference)
-                usual = self.usual(contestant, plant) & seeds
+                its = self.where(condition=NOMINAL, plant=plant, reference=reference)
+                other, usual = own & its, core & its
                 if other.any() and usual.any():
                     label = f"{contestant}, {tuning}", f"{contestant}, {CORE}"
                     rows.append(self._pair("tuning", *label, plant, other, usual))
@@ -262,7 +265,8 @@ class Judge:
     # --- shares ---------------------------------------------------------------------------------
 
     def share_rows(self) -> list[ShareRow]:
-        """Return whose the variance of scores is: of PIDs, and of classes with other tunings.
+        """Return whose the variance of scores is, within trajectories: of PIDs, and of classes with
+        other tunings.
 
         Both are full factorials: PIDs that differ in structure and order alone, with all references
         on all plants; classes with all tunings on all plants.
@@ -281,7 +285,7 @@ class Judge:
                 ]
                 for pair in FACTORIAL
             ]
-            found += shares(np.array(whole), FACTORS, self.seed, 2, PIDS)
+            found += shares(within_tasks(np.array(whole)), FACTORS, self.seed, 2, PIDS)
         return found + self._tuning_shares()
 
     def _tuning_shares(self) -> list[ShareRow]:
@@ -301,7 +305,7 @@ class Judge:
             ]
             for name in names
         ]
-        return shares(np.array(whole), TUNING_FACTORS, self.seed, 2, TUNINGS)
+        return shares(within_tasks(np.array(whole)), TUNING_FACTORS, self.seed, 2, TUNINGS)
 
     def _seeds(self, contestant: str, tuning: str, reference: str, plant: str) -> Array:
         """Return a class's scores (T, seeds), the mean over repeats."""

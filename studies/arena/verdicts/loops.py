@@ -26,7 +26,7 @@ class LoopNumbers(NamedTuple):
     """Of S controllers; nan where a loop grows.
 
     growth (S,) [1/s]; delay (S,) borne [s]; peaks (S, 2) Ms of either joint; overshoot (S,) of
-    joint 2's step without payload [-]; spread (S,) of it over all payloads [-].
+    joint 2's step without payload [-]; spread (S,) of it over payloads [-], nan where one grows.
     """
 
     growth: Array
@@ -50,7 +50,7 @@ def loop_numbers(
         stacked = stack([each], options.period)
         loops = [linear_loop(plant, theta2, stacked, options) for plant in plants]
         overshoots = [_overshoot(loop) for loop in loops]
-        rows.append((*_of(loops[0]), overshoots[0], max(overshoots) - min(overshoots)))
+        rows.append((*_of(loops[0]), overshoots[0], np.ptp(overshoots)))
     growth, delay, peak_1, peak_2, overshoot, spread = np.array(rows).reshape(-1, 6).T
     return LoopNumbers(growth, delay, np.column_stack([peak_1, peak_2]), overshoot, spread)
 
@@ -70,6 +70,7 @@ def margin_row(contestant: str, found: LoopNumbers, seed: int) -> MarginRow:
         peak_1=_median(found.peaks[:, 0]),
         peak_2=_median(found.peaks[:, 1]),
         overshoot=_median(found.overshoot),
+        loaded=spread.size / len(found.growth),
         spread=_median(spread),
         spread_low=low,
         spread_high=high,

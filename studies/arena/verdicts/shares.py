@@ -23,6 +23,15 @@ RESAMPLES = 999
 INTERACTIONS, SEED = "interactions", "tuning seed"
 
 
+def within_tasks(scores: Array) -> Array:
+    """Return scores less the mean of their task, which is the last axis but one, of the seeds.
+
+    How hard a task is says nothing of who solves it.
+    """
+    others = tuple(k for k in range(scores.ndim) if k != scores.ndim - 2)
+    return scores - scores.mean(axis=others, keepdims=True)
+
+
 def variance_shares(scores: Array) -> Array:
     """Return the shares (F + 2,) of F factors, of interactions, and of seeds; they add up to 1.
 
@@ -45,7 +54,8 @@ def shares(
     """Return every factor's share, the largest first, then interactions and seeds.
 
     Args:
-        scores: (L_1, ..., L_F, seeds). factors: names of the first F axes.
+        scores: (L_1, ..., L_F, seeds). factors: names of the first F axes, '' of those that are
+            left out of the rows, as without a share.
         searched: how many of them have searches of their own; the others share one search's
             controller. of: whose variance, for the rows.
 
@@ -79,5 +89,5 @@ def shares(
             strict=True,
         )
     ]
-    mains = sorted(rows[: len(factors)], key=lambda row: -row.share)
+    mains = sorted((row for row in rows[: len(factors)] if row.factor), key=lambda r: -r.share)
     return list(chain(mains, rows[len(factors) :]))
