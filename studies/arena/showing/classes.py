@@ -80,7 +80,8 @@ class SearchRow:
 
     Attributes:
         contestant: the class. grew: share of individuals that were rejected [-]. found: searches
-            in which any held. index [m2 s], effort [-]: of what was found. best: least index [m2 s].
+            in which any held. index [m2 s], effort [-]: of what was found.
+        best: the least index [m2 s].
         budget: what twice the simulations are worth, None where it was not looked for.
     """
 
