@@ -29,6 +29,12 @@ def answer(result: ArenaResult) -> str:
         f"[{best.low:.2f}, {best.high:.2f}] decades below an arm that stands still."
     ]
     first = result.plants[0]
+    most = max(classes, key=lambda row: row.borne)
+    if most.levels:
+        said.append(
+            f"Of {most.levels} levels of what nobody was told {most.contestant} bears {most.borne} "
+            f"without a run that diverges, {best.contestant} {classes[0].borne}."
+        )
     for row in result.verdicts:
         chance = f"({row.chance:.2f} [{row.low:.2f}, {row.high:.2f}])."
         if row.plant == first and row.factor == "order":

@@ -11,7 +11,7 @@ from studies.arena.conditions import CORE, NOMINAL
 from studies.arena.contestants import CLASSES
 from studies.arena.rows import ArenaResult, BudgetRow, KnobRow, MeasureRow, ScoreRow
 
-HARD = (("hardware", "delay 2"), ("payload", "200 g"), ("friction", "opposing"))
+HARD = (("hardware", "delay 2"), ("payload", "100 g"), ("friction", "opposing"))
 DISTURBED = ("push", "pulse")
 
 
@@ -23,8 +23,10 @@ class ClassRow:
         contestant, structure, order: its name, what it reads, its orders.
         index, effort: medians over seeds of what the searches found [m2 s], [-].
         score, chain: rows on the plant of the tuning and on the first chain; None without.
-        delay, payload, friction: rows with two samples of delay, 200 g, friction against the
+        delay, payload, friction: rows with two samples of delay, 100 g, friction against the
             motion, on the plant of the tuning.
+        borne, levels: under how many levels of what nobody was told none of its runs diverges
+            there, and how many there are.
     """
 
     contestant: str
@@ -37,6 +39,8 @@ class ClassRow:
     delay: ScoreRow | None
     payload: ScoreRow | None
     friction: ScoreRow | None
+    borne: int
+    levels: int
 
 
 def class_rows(result: ArenaResult) -> list[ClassRow]:
@@ -51,8 +55,13 @@ def class_rows(result: ArenaResult) -> list[ClassRow]:
     rows = []
     for name in dict.fromkeys(row.contestant for row in result.tuned):
         its = [each for each in result.tuned if each.contestant == name and each.tuning == CORE]
-        hard = [by.get((name, *each, first)) for each in HARD]
+        delay, payload, friction = (by.get((name, *each, first)) for each in HARD)
         usual = by.get((name, NOMINAL, NOMINAL, first))
+        untold = [
+            row
+            for (whose, _, level, plant), row in by.items()
+            if (whose, plant) == (name, first) and level != NOMINAL
+        ]
         rows.append(
             ClassRow(
                 name,
@@ -62,7 +71,11 @@ def class_rows(result: ArenaResult) -> list[ClassRow]:
                 _median([each.effort for each in its]),
                 usual,
                 by.get((name, NOMINAL, NOMINAL, chain)),
-                *hard,
+                delay,
+                payload,
+                friction,
+                sum(row.diverged == 0.0 for row in untold),
+                len(untold),
             )
         )
     return sorted(rows, key=lambda row: -(row.score.score if row.score else -1.0))
