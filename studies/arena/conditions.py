@@ -159,7 +159,7 @@ def document(
     found["plants"] = [_stepped(each, float(found.get("period", PERIOD))) for each in plants]
     found |= copy.deepcopy(dict(condition.lists))
     usual = [{**each, **(changes or {})} for each in found["trajectories"]]
-    own = {CLASSES[each.contestant].aid for each in tuned}
+    own = dict.fromkeys(CLASSES[each.contestant].aid for each in tuned)  # in order: kept by it
     aids = [PLAIN, *(a for a in (*condition.aids, *own) if a != PLAIN)]
     names = [str(each.get("name", each.get("use"))) for each in usual]
     found["trajectories"] = [

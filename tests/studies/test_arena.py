@@ -229,6 +229,17 @@ def test_controllers_are_the_same_under_every_condition() -> None:
     assert len(taps) >= 7 and all(np.array_equal(each, taps[0]) for each in taps)
 
 
+def test_a_conditions_file_is_the_same_in_every_process() -> None:
+    """Batches are kept by it: references stand in the order of the classes, not of a set's."""
+    tuned = [
+        Tuned(name, "bench", 1, tuple(k.low for k in CLASSES[name].knobs))
+        for name in ("zvd-held", "pid", "zv", "zvd")
+    ]
+    given = document(CONDITIONS["payload"], tuned, ("assumed-modes:5",), 1)
+    names = [each["name"].partition("+")[2] for each in given["trajectories"]]
+    assert list(dict.fromkeys(names)) == ["", "zvd-held", "zv-free", "zvd-free"]
+
+
 def test_a_class_is_a_function_of_a_study_file() -> None:
     with pytest.raises(ParameterError, match="class 'pd' is unknown; choose from fractional"):
         design(1e-3, Parameters(), "pd", [1.0])
