@@ -198,15 +198,16 @@ def show_tables(tables: Sequence[Table], out: Console) -> None:
 
 
 def listed(folder: Path) -> list[str]:
-    """Return what a folder holds, hidden files and tables' copies for print left out."""
+    """Return what a folder holds, its metadata, hidden files and tables' copies left out."""
     found = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
     copies = {name.removesuffix(".csv") + end for name in found for end in (".md", ".tex")}
+    copies.add(CRATE)
     return [name for name in found if name not in copies and not name.startswith(".")]
 
 
 def contents(folder: Path) -> list[str]:
     """Return what a run's folder holds beside its configuration, and how to see a recording."""
-    shown = [name for name in listed(folder) if name not in (CONFIG, TABLES, CRATE)]
+    shown = [name for name in listed(folder) if name not in (CONFIG, TABLES)]
     if RECORDING in shown:
         shown.append(shown.pop(shown.index(RECORDING)) + f" (flexsim view {spelled(folder)})")
     return shown

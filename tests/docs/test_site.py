@@ -48,7 +48,7 @@ def test_the_site_is_built_without_a_broken_link(tmp_path: Path) -> None:
     assert page.count("<math") > 10 and "arithmatex" not in page
     wanted = "reference/flexsim/plants/assumed_modes.html#flexsim.plants.assumed_modes.mass_matrix"
     assert wanted in page
-    assert (tmp_path / "site" / "repository" / "studies" / "compare" / "README.html").is_file()
+    assert (tmp_path / "site" / "repository" / "studies" / "compare" / "index.html").is_file()
     assert "http" not in re.sub(r'href="[^"]*"|xmlns="[^"]*"', "", _scripts(page))
 
 

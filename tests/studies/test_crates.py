@@ -35,7 +35,7 @@ def test_a_studys_folder_is_a_valid_crate(ladder: Path) -> None:
     shown = {name for name in names if not name.startswith(".") and name != CRATE}
     assert {part["@id"] for part in by["./"]["hasPart"]} == shown
     assert by["./"]["name"].startswith("How much model") and "tip within" in by["./"]["description"]
-    assert by["#run"]["name"].split()[1] != "" and by["#flexsim"]["softwareVersion"]
+    assert by["#run"]["name"].startswith("flexsim") and by["#flexsim"]["softwareVersion"]
 
 
 def test_a_crate_that_is_not_valid_is_found(ladder: Path, tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ def write_crate(folder: Path, config: Mapping[str, Any]) -> None:
     Raises:
         RunError: a file cannot be read or written.
     """
-    text = json.dumps(crate_of(folder, config), indent=1, ensure_ascii=False)
+    text = json.dumps(crate_of(folder, config), indent=1)  # ASCII: names may be no UTF-8
     write_text(folder / CRATE, text + "\n", "the crate's metadata")
 
 
@@ -132,7 +132,7 @@ def _file(folder: Path, path: Path) -> dict[str, Any]:
         raise RunError(f"{folder / path}: cannot read it: {error.strerror}") from None
     format_ = FORMATS.get(path.suffix) or mimetypes.guess_type(path.name)[0]
     return {
-        "@id": quote(path.as_posix()),
+        "@id": quote(path.as_posix(), errors="surrogateescape"),
         "@type": "File",
         "name": path.as_posix(),
         **({"description": MEANINGS[path.name]} if path.name in MEANINGS else {}),
