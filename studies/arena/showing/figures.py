@@ -29,6 +29,7 @@ def scores_figure(result: ArenaResult) -> Figure:
     classes = [row.contestant for row in class_rows(result)]
     figure, panels = canvas(1, 1, height=30 + 6 * len(classes))
     axes = panels[0, 0]
+    count = len(result.plants)
     for k, plant in enumerate(result.plants):
         rows = {
             row.contestant: row
@@ -39,10 +40,10 @@ def scores_figure(result: ArenaResult) -> Figure:
             and row.reference == CLASSES[row.contestant].aid
         }
         its = [(i, rows[name]) for i, name in enumerate(classes) if name in rows]
-        places = np.array([i + 0.18 * (k - (len(result.plants) - 1) / 2) for i, _ in its])
+        places = np.array([i + (k - (count - 1) / 2) * 0.8 / count for i, _ in its])
         values = np.array([[row.score, row.low, row.high] for _, row in its]).T
         ends = np.abs(values[1:] - values[0])
-        how = {"color": COLOURS[k % len(COLOURS)], "fmt": "os^vD"[k % 5], "markersize": 3.5}
+        how = {"color": COLOURS[k % len(COLOURS)], "fmt": "os^vD"[k % 5], "markersize": 2.5}
         axes.errorbar(values[0], places, xerr=ends, linewidth=1.0, label=plant, **how)
     axes.set_yticks(range(len(classes)), classes)
     axes.invert_yaxis()
