@@ -28,6 +28,7 @@ def in_threads(work: Callable[[int, int, int], object], count: int, threads: int
             work(0, count, 0)
         return
     items, ends = itertools.count(), threading.Event()  # next() is one instruction of Python's
+    ended = [threading.Event() for _ in range(threads)]  # a join that a signal interrupts forgets
     errors: list[BaseException] = []
 
     def worker(slot: int) -> None:
@@ -37,18 +38,19 @@ def in_threads(work: Callable[[int, int, int], object], count: int, threads: int
         except BaseException as error:
             errors.append(error)
             ends.set()
+        finally:
+            ended[slot].set()
 
-    workers = [
-        threading.Thread(target=worker, args=(slot,), daemon=True) for slot in range(threads)
-    ]
-    for each in workers:
-        each.start()
+    started = 0
     try:
-        for each in workers:
-            each.join()
+        for slot in range(threads):
+            threading.Thread(target=worker, args=(slot,), daemon=True).start()
+            started += 1
+        for each in ended:
+            each.wait()
     finally:  # a signal: what is at work ends its item, no other is begun
         ends.set()
-        for each in workers:
-            each.join()
+        for each in ended[:started]:
+            each.wait()
     if errors:
         raise errors[0]

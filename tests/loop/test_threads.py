@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 import time
 
@@ -42,3 +44,24 @@ def test_an_error_ends_them_all_and_is_raised() -> None:
     with pytest.raises(ValueError, match="item 3"):
         in_threads(work, 10_000, 2)
     assert len(done) < 10_000
+
+
+def test_a_signal_is_answered_when_nothing_is_at_work_any_more() -> None:
+    """What items work on may be freed then: a join that was interrupted forgets its thread."""
+    at_work: list[int] = []
+
+    def work(first: int, last: int, slot: int) -> None:
+        at_work.append(first)
+        time.sleep(0.6 if slot == 0 else 0.2)  # the first, which is waited for, is the last
+        at_work.remove(first)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            in_threads(work, 20, 2)
+        assert at_work == []
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
