@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUN ?= runs/compare
 
-.PHONY: compare test slow check docs reproduce format install clean
+.PHONY: compare test slow check docs reproduce reproduce-quick format install clean
 
 compare: install
 	$(BIN)/flexsim compare --out $(RUN) --force
@@ -25,11 +25,14 @@ check: install
 
 # The site, into site/: it opens from there, offline; broken links end it
 docs: install
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --site-dir site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir site
 
 # Every block that the documents quote, made again and compared; ITEMS="compare ladder" for some of them
 reproduce: install
 	$(BIN)/python docs/reproduce.py $(ITEMS)
+
+reproduce-quick: install
+	$(BIN)/python docs/reproduce.py --quick
 
 format: install
 	$(BIN)/ruff check --fix .

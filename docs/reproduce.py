@@ -3,12 +3,14 @@
     python docs/reproduce.py --list              # what there is, and what it costs
     python docs/reproduce.py --quick             # the subset that CI runs
     python docs/reproduce.py compare ladder      # some; all without names
+    python docs/reproduce.py --resume            # what these sources have not yet printed
 
 `published.toml` says which block of which document a command prints. The command is run into a
-folder of its own, and the block looked for in what it printed, line by line. A number is `same`,
-digit for digit; `inside`, within the interval that stands behind the published one; `moved`,
-another one that has no interval; or `left`. Lines that are not printed any more are named. Ends
-with status 1 if any number left its interval or a line is missing.
+folder of its own in `runs/reproduce/` (`--out`), beside what it printed, and the block looked for
+in that, line by line. A number is `same`, digit for digit; `inside`, within the interval that
+stands behind the published one; `moved`, another one that has no interval; or `left`. Lines that
+are not printed any more are named. Ends with a table, and with status 1 if any number left its
+interval, a line is missing or a command failed.
 """
 
 from __future__ import annotations
@@ -20,12 +22,14 @@ import re
 import shlex
 import subprocess
 import sys
-import tempfile
 import time
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from studies.core.version import sources
 
 ROOT = Path(__file__).parents[1]
 PUBLISHED = Path(__file__).with_name("published.toml")
@@ -44,11 +48,12 @@ class Found:
     moved: list[str] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
 
     @property
     def holds(self) -> bool:
-        """Whether nothing left its interval, and every line is there."""
-        return not self.left and not self.missing
+        """Whether it was printed, nothing left its interval, and every line is there."""
+        return not self.left and not self.missing and not self.failed
 
 
 def block_of(item: dict[str, Any]) -> list[str]:
@@ -150,38 +155,76 @@ def _value(text: str) -> float:
     return float(text.replace(",", ""))
 
 
-def run(name: str, item: dict[str, Any]) -> tuple[Found, float]:
-    """Return what became of one item, and the minutes that it took.
+def printed_by(item: Mapping[str, Any], folder: Path, resume: bool) -> tuple[list[str], float]:
+    """Return what an item's command prints, and the minutes that it took.
+
+    Both are kept in `folder/printed.txt`, beside the run; with `resume` what the same sources
+    printed there is returned, and a run that goes on where it stopped does.
 
     Raises:
         RuntimeError: the command failed.
     """
+    kept = folder / "printed.txt"
+    head = f"$ {item['command']}  # by sources {sources()}, "
+    if resume and kept.is_file():
+        first, *lines = kept.read_text(encoding="utf-8").split("\n")
+        if first.startswith(head):
+            return lines, float(first.removeprefix(head).removesuffix(" min"))
+    folder.mkdir(parents=True, exist_ok=True)
     words = shlex.split(item["command"])
-    with tempfile.TemporaryDirectory() as folder:
-        own = Path(sys.executable).with_name(words[0])
-        began = time.perf_counter()
-        out = ["--out", f"{folder}/run"] if item.get("out", True) else []
-        done = subprocess.run(
-            [str(own) if own.exists() else words[0], *words[1:], *out],
-            capture_output=True,
-            text=True,
-            env=os.environ | {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"},
-            cwd=folder,
-        )
-        minutes = (time.perf_counter() - began) / 60
+    own = Path(sys.executable).with_name(words[0])
+    if out := item.get("out", "run"):
+        words += ["--out", str(folder / out), *([] if resume else ["--force"])]
+    began = time.perf_counter()
+    done = subprocess.run(
+        [str(own) if own.exists() else words[0], *words[1:]],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"},
+        cwd=folder,
+    )
+    minutes = (time.perf_counter() - began) / 60
     if done.returncode:
-        raise RuntimeError(
-            f"{name}: {item['command']} ended with {done.returncode}: {done.stderr.strip()}"
-        )
-    return compared(block_of(item), done.stdout.split("\n"), item), minutes
+        said = done.stderr.strip().split("\n")[-1]
+        raise RuntimeError(f"{item['command']} ended with {done.returncode}: {said}")
+    kept.write_text(f"{head}{minutes:.1f} min\n{done.stdout}", encoding="utf-8")
+    return done.stdout.split("\n"), minutes
+
+
+def reproduced(
+    items: Mapping[str, Mapping[str, Any]], out: Path, resume: bool
+) -> tuple[list[str], bool]:
+    """Run items one after the other; return the table's rows, and whether all of them hold.
+
+    What moved, left, is missing or failed is printed as it is found.
+    """
+    rows, holds = [], True
+    for name, item in items.items():
+        print(f"{name}: {item['command']} (some {item['minutes']:g} min)", file=sys.stderr)
+        found, minutes = Found(), 0.0
+        try:
+            printed, minutes = printed_by(item, out / name, resume)
+            found = compared(block_of(item), printed, item)
+        except RuntimeError as error:
+            found.failed.append(str(error))
+        for what in ("moved", "left", "missing", "failed"):
+            for line in getattr(found, what):
+                print(f"{name} {what}: {line}", flush=True)
+        counts = f"{found.same:5}{found.inside:7}{len(found.moved):6}{len(found.left):5}"
+        said = "failed" if found.failed else f"{len(found.missing):7}"
+        rows.append(f"{name:20}{minutes:7.1f}  {counts}{said:>8}  {item['document']}")
+        holds &= found.holds
+    return rows, holds
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run what is asked for, print a line each, and return the status."""
+    """Run what is asked for, print a table, and return the status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("names", nargs="*", help="items; all unless given")
     parser.add_argument("--quick", action="store_true", help="the subset that CI runs")
     parser.add_argument("--list", action="store_true", help="what there is, and what it costs")
+    parser.add_argument("--out", type=Path, default=Path("runs/reproduce"), help="where runs go")
+    parser.add_argument("--resume", action="store_true", help="keep what these sources printed")
     asked = parser.parse_args(arguments)
     items = tomllib.loads(PUBLISHED.read_text(encoding="utf-8"))
     unknown = [name for name in asked.names if name not in items]
@@ -192,25 +235,17 @@ def main(arguments: list[str] | None = None) -> int:
         for name, item in items.items()
         if (name in asked.names if asked.names else item.get("quick", False) or not asked.quick)
     }
-    print(f"{'item':20}{'min':>7}  {'same':>5}{'inside':>7}{'moved':>6}{'left':>5}  document")
-    status = 0
-    for name, item in chosen.items():
-        if asked.list:
+    if asked.list:
+        print(f"{'item':20}{'min':>7}         document")
+        for name, item in chosen.items():
             quick = "quick" if item.get("quick", False) else ""
-            print(f"{name:20}{item['minutes']:7.1f}  {quick:23}  {item['document']}")
-            continue
-        found, minutes = run(name, item)
-        counts = f"{found.same:5}{found.inside:7}{len(found.moved):6}{len(found.left):5}"
-        print(f"{name:20}{minutes:7.1f}  {counts}  {item['document']}", flush=True)
-        for what, lines in (
-            ("left", found.left),
-            ("moved", found.moved),
-            ("missing", found.missing),
-        ):
-            for line in lines:
-                print(f"    {what}: {line}")
-        status |= not found.holds
-    return int(status)
+            print(f"{name:20}{item['minutes']:7.1f}  {quick:5}  {item['document']}")
+        return 0
+    rows, holds = reproduced(chosen, asked.out.absolute(), asked.resume)
+    counts = f"{'same':>5}{'inside':>7}{'moved':>6}{'left':>5}{'missing':>8}"
+    print(f"\n{'item':20}{'min':>7}  {counts}  document")
+    print("\n".join(rows))
+    return int(not holds)
 
 
 if __name__ == "__main__":

@@ -18,13 +18,10 @@ SETUPTOOLS = 77  # which the build needs; `make install` has it
 PATIENCE = 300.0  # [s] for a command that compiles everything anew
 PACKAGES = ("flexsim", "controllers", "studies", "models")
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        int(importlib.metadata.version("setuptools").partition(".")[0]) < SETUPTOOLS,
-        reason=f"building needs setuptools {SETUPTOOLS} here: make install",
-    ),
-]
+pytestmark = pytest.mark.skipif(
+    int(importlib.metadata.version("setuptools").partition(".")[0]) < SETUPTOOLS,
+    reason=f"building needs setuptools {SETUPTOOLS} here: make install",
+)
 
 
 @pytest.fixture(scope="module")
@@ -44,16 +41,16 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def fresh(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The programs of an environment with the wheel, and with what it depends on from here."""
+    """The programs of an environment with the wheel and what it says that it depends on."""
     environment = tmp_path_factory.mktemp("environment") / "venv"
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
-    python = environment / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps"]
-    subprocess.run([*pip, "--no-index", wheel], check=True)
-    ask = "import sysconfig; print(sysconfig.get_path('purelib'))"
-    done = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True)
-    shared = [path for path in sys.path if path.endswith("site-packages")]
-    Path(done.stdout.strip(), "dependencies.pth").write_text("\n".join(shared) + "\n")
+    subprocess.run([sys.executable, "-m", "venv", environment], check=True)
+    pip = [environment / "bin" / "python", "-m", "pip", "--disable-pip-version-check", "install"]
+    known = ["-c", ROOT / "constraints.txt"]
+    command = [*pip, "--quiet", "--no-compile", *known, wheel]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode and not os.environ.get("FLEXSIM_ALL_TESTS"):
+        pytest.skip(f"cannot be installed without the network: {done.stderr.strip()[-200:]}")
+    assert done.returncode == 0, done.stderr
     return environment / "bin"
 
 
@@ -84,14 +81,13 @@ def test_it_runs_from_an_empty_folder(fresh: Path, tmp_path: Path) -> None:
     assert version == f"flexsim {importlib.metadata.version('flexsim')}"  # of no commit
     assert Path(models.removeprefix("models: ")).is_relative_to(fresh.parent)
     assert "compare" in ran(fresh / "python", "-m", "flexsim", "--help", folder=tmp_path)
-    assert "Clamped beam" in ran(fresh / "flexsim", "modes", folder=tmp_path)
-    assert json.loads(ran(fresh / "flexsim", "crosscheck", "--json", folder=tmp_path))["ok"]
     ran(fresh / "flexsim", "compare", "--quick", "--out", "run", folder=tmp_path)
     held = {path.name for path in (tmp_path / "run").iterdir()}
     assert {"config.json", "results.csv", "run.rrd", "figures"} <= held
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
+@pytest.mark.slow
 def test_its_models_are_found(fresh: Path, tmp_path: Path) -> None:
     code = """
 import flexsim
@@ -102,5 +98,6 @@ print(flexsim.Robot.of(path).plant("chain").step)
     path, step = ran(fresh / "python", "-c", code, folder=tmp_path).split()
     assert Path(path).is_relative_to(fresh.parent) and step == "0.001"
     assert Path(path).read_bytes() == (ROOT / "models" / "chain6.xml").read_bytes()
+    assert "Clamped beam" in ran(fresh / "flexsim", "modes", folder=tmp_path)
     shown = ran(fresh / "flexsim", "crosscheck", "--mjcf", path, "--json", folder=tmp_path)
     assert json.loads(shown)["ok"]

@@ -74,6 +74,7 @@ def stack_of(kind: type) -> type:
         fields = [(name, Any) for name in (*TABLES, *names)]
         made: Any = NamedTuple(PREFIX + place, fields)  # type: ignore[misc]
         made.__module__ = __name__
+        made.kind = kind  # type: ignore[attr-defined]
         _STACKS[kind], _KINDS[made] = made, kind
         globals()[made.__name__] = made
     return _STACKS[kind]

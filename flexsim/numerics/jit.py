@@ -3,8 +3,9 @@
 numba's own cache looks only at the file that holds a function, not at those it calls; a folder
 per digest of the package means that an edit anywhere recompiles everything, and nothing stale
 runs. What is cached is code, loaded without a question: so the folder is this user's alone, and
-where there can be none (`private`), every process compiles for itself. `NUMBA_DISABLE_JIT=1` turns
-the compiler off, for debugging the assumed-modes plant; `NUMBA_CACHE_DIR` names another folder.
+where there can be none (`private`), every process compiles for itself. Code for a plant that is not
+ours, whose sources the digest does not have, is not kept. `NUMBA_DISABLE_JIT=1` turns the compiler
+off, for debugging the assumed-modes plant; `NUMBA_CACHE_DIR` names another folder.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.caching import FunctionCache
 
 from flexsim.files.private import claimed, private_folder
 
@@ -119,16 +121,44 @@ def _cached() -> bool:
 
 
 CACHED = _cached()
+OURS = __name__.partition(".")[0]  # the package that the digest is of
+
+
+def is_ours(of: Any) -> bool:
+    """Return whether what numba takes for a type is made of this package's types alone."""
+    kind = getattr(of, "instance_class", None)  # a named tuple's; a stack's says what it is of
+    function = getattr(getattr(of, "dispatcher", None), "py_func", None)
+    own = [getattr(each, "kind", each).__module__ for each in (kind, function) if each is not None]
+    return all(name.partition(".")[0] == OURS for name in own) and all(
+        is_ours(each) for each in getattr(of, "types", ())
+    )
+
+
+class _Cache(FunctionCache):
+    """numba's cache of a function, but for what other people's types are compiled for."""
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled for argument types, if they are ours."""
+        if all(is_ours(each) for each in sig):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+def _compiled(function: Callable[..., Any], **how: Any) -> Callable[..., Any]:
+    """Return the function compiled without Python objects, with IEEE division, cached on disk."""
+    found = numba.njit(error_model="numpy", nogil=True, **how)(function)
+    if CACHED and hasattr(found, "_cache"):  # not where the compiler is off
+        found._cache = _Cache(function)  # type: ignore[no-untyped-call]
+    return found
 
 
 def jit(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function compiled without Python objects, IEEE division, cached on disk."""
-    return numba.njit(cache=CACHED, error_model="numpy", nogil=True, forceinline=True)(function)
+    """Return the function compiled, its code copied into each place that uses it."""
+    return _compiled(function, forceinline=True)
 
 
 def jit_apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function compiled as `jit`, but called, not copied into each place that uses it.
+    """Return the function compiled as `jit`, but called, not copied.
 
     For what takes longer than a call, and would make its users slow to compile.
     """
-    return numba.njit(cache=CACHED, error_model="numpy", nogil=True)(function)
+    return _compiled(function)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
+from flexsim.errors import ParameterError
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 from flexsim.plants.assumed_modes import AssumedModes, acceleration, rk4_step
@@ -131,6 +132,26 @@ _ELBOWS: dict[type, Callable[..., Any]] = {  # of plants whose link 1 may bend
     Chain: chain_elbow,
     ClosedChain: closed_chain_elbow,
 }
+
+
+def register(
+    coefficients: type,
+    step: Callable[..., Any],
+    tip: Callable[..., Any],
+    elbow: Callable[..., Any] = rigid_elbow,
+) -> None:
+    """Let loops run another kind of plant, by the type of its coefficients.
+
+    Args:
+        coefficients: a NamedTuple, with a field `step` [s].
+        step, tip, elbow: compiled, with the arguments of `modes_step`, `modes_tip`, `rigid_elbow`.
+
+    Raises:
+        ParameterError: that type is known already.
+    """
+    if coefficients in _STEPS:
+        raise ParameterError(f"{coefficients.__name__} is registered already; give another type")
+    _STEPS[coefficients], _TIPS[coefficients], _ELBOWS[coefficients] = step, tip, elbow
 
 
 def physics_step(
