@@ -5,12 +5,13 @@
     python docs/reproduce.py compare ladder      # some; all without names
     python docs/reproduce.py --resume            # what these sources have not yet printed
 
-`published.toml` says which block of which document a command prints. The command is run into a
-folder of its own in `runs/reproduce/` (`--out`), beside what it printed, and the block looked for
-in that, line by line. A number is `same`, digit for digit; `inside`, within the interval that
-stands behind the published one; `moved`, another one that has no interval; or `left`. Lines that
-are not printed any more are named. Ends with a table, and with status 1 if any number left its
-interval, a line is missing or a command failed.
+`published.toml` says which block, table or sentences of which document a command prints. The
+command is run into a folder of its own in `runs/reproduce/` (`--out`), beside what it printed, and
+the block looked for in that, line by line; of sentences, those that are printed in the document. A
+number is `same`, digit for digit; `inside`, within the interval that stands behind the published
+one; `moved`, another one that has no interval; or `left`. Lines that are not printed any more are
+named. Ends with a table, and with status 1 if any number left its interval, a line is missing or a
+command failed.
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ from studies.core.version import sources
 
 ROOT = Path(__file__).parents[1]
 PUBLISHED = Path(__file__).with_name("published.toml")
-NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d,]*\.?\d*(?:e[-+]?\d+)?(?![\w])")
+NUMBER = re.compile(r"(?<![\w.:])[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
 INTERVAL = re.compile(r"\s*\[\s*([-+\d.,e]+),\s*([-+\d.,e]+)\s*\]")
 ALIKE = 0.6  # of two lines' words: less is another line
-COST = re.compile(r"\d+(\.\d+)? us\b|\b(us|s|min)\b")
+GIVEN = "not-remade"  # what the documents have that no command prints, and why
+MARKS = re.compile(r"\*\*|`|\[([^\]]*)\]\([^)]*\)")  # of markdown, in text
 
 
 @dataclass
@@ -56,45 +58,97 @@ class Found:
         return not self.left and not self.missing and not self.failed
 
 
-def block_of(item: dict[str, Any]) -> list[str]:
+def items() -> dict[str, dict[str, Any]]:
+    """Return what there is, by name."""
+    found = tomllib.loads(PUBLISHED.read_text(encoding="utf-8"))
+    return {name: item for name, item in found.items() if name != GIVEN}
+
+
+def blocks(document: str) -> list[list[str]]:
+    """Return the blocks of a document: fenced ones, and tables."""
+    lines = (ROOT / document).read_text(encoding="utf-8").split("\n")
+    found: list[list[str]] = []
+    fenced = False
+    for before, line in zip(["", *lines], lines, strict=False):
+        if line.startswith("```"):
+            fenced = not fenced
+            if fenced:
+                found.append([])
+        elif fenced:
+            found[-1].append(line)
+        elif line.startswith("|"):
+            if not before.startswith("|"):
+                found.append([])
+            found[-1].append(line)
+    return found
+
+
+def block_of(item: Mapping[str, Any]) -> list[str]:
     """Return the lines of an item's block.
 
     Raises:
         ValueError: the document has no such block.
     """
-    lines = (ROOT / item["document"]).read_text(encoding="utf-8").split("\n")
-    seen, i = 0, 0
-    while i < len(lines):
-        if lines[i].startswith("```"):
-            end = next(j for j in range(i + 1, len(lines)) if lines[j].startswith("```"))
-            block = lines[i + 1 : end]
-            first = next((k for k, line in enumerate(block) if item["begins"] in line), None)
-            seen += first is not None
-            if first is not None and seen == item.get("occurrence", 1):
-                behind = block[first + 1 :]
-                ends = (k for k, line in enumerate(behind) if item.get("ends", "\n") in line)
-                whole = [block[first], *behind[: next(ends, len(behind))]]
-                return [line for line in whole if line.strip()]
-            i = end
-        i += 1
-    raise ValueError(f"{item['document']} has no block that begins with {item['begins']!r}")
+    begun = [b for b in blocks(item["document"]) if any(item["begins"] in line for line in b)]
+    which = item.get("occurrence", 1) - 1
+    if which >= len(begun):
+        raise ValueError(f"{item['document']} has no block that begins with {item['begins']!r}")
+    block = begun[which]
+    first = next(k for k, line in enumerate(block) if item["begins"] in line)
+    behind = block[first + 1 :]
+    ends = (k for k, line in enumerate(behind) if item.get("ends", "\n") in line)
+    return [line for line in [block[first], *behind[: next(ends, len(behind))]] if line.strip()]
 
 
-def compared(block: list[str], printed: list[str], item: dict[str, Any]) -> Found:
+def text_of(document: str) -> str:
+    """Return what a document says between its blocks, on one line, without markdown's marks."""
+    lines = (ROOT / document).read_text(encoding="utf-8").split("\n")
+    kept, fenced = [], False
+    for line in lines:
+        fenced ^= line.startswith("```")
+        if not fenced and not line.startswith(("```", "|", "    ")):
+            kept.append(line.removeprefix("- "))
+    return " ".join(MARKS.sub(r"\1", " ".join(kept)).split())
+
+
+def sentences_of(item: Mapping[str, Any], printed: list[str]) -> tuple[list[str], list[str]]:
+    """Return the printed sentences as the document has them, and those that it has not."""
+    text = text_of(item["document"])
+    said, missing = [], []
+    for line in (" ".join(MARKS.sub(r"\1", each).split()) for each in printed):
+        pattern = NUMBER.pattern.join(re.escape(part) for part in NUMBER.split(line))
+        found = re.search(pattern, text) if line else None
+        if found:
+            said.append(found.group())
+        elif line:
+            missing.append(line)
+    return said, missing
+
+
+def compared(block: list[str], printed: list[str], item: Mapping[str, Any]) -> Found:
     """Return what became of a block's numbers in what was printed."""
     found = Found()
+    of_machine = [re.compile(pattern) for pattern in item.get("machine", [])]
+    block, printed = ([_without(line, of_machine) for line in lines] for lines in (block, printed))
     shapes = [_shape(line) for line in printed]
     at = 0
     for line in block:
-        if any(part in line for part in item.get("skip", [])) or not line.strip(" ─"):
+        if any(part in line for part in item.get("skip", [])) or not line.strip(" ─|-:"):
             continue
         near = _nearest(line, printed, shapes, at)
         if near is None:
             found.missing.append(line.strip())
             continue
         at = near + 1
-        _numbers(line, printed[near], found, bool(item.get("costs")))
+        _numbers(line, printed[near], found)
     return found
+
+
+def _without(line: str, parts: list[re.Pattern[str]]) -> str:
+    """Return a line without what is the machine's."""
+    for pattern in parts:
+        line = pattern.sub("", line)
+    return line
 
 
 def _shape(line: str) -> str:
@@ -123,7 +177,7 @@ def _nearest(line: str, printed: list[str], shapes: list[str], at: int) -> int |
     return best[2] if best[0] >= ALIKE else None
 
 
-def _numbers(line: str, other: str, found: Found, costs: bool) -> None:
+def _numbers(line: str, other: str, found: Found) -> None:
     """Compare the numbers of two lines, in their order."""
     ours, theirs = list(NUMBER.finditer(line)), NUMBER.findall(other)
     if len(ours) != len(theirs):
@@ -133,7 +187,6 @@ def _numbers(line: str, other: str, found: Found, costs: bool) -> None:
         if kept < len(ours):
             found.moved.append(f"{line.strip()} -> {other.strip()}")
         return
-    ends = {m.end(): m for m in ours}
     for match, new in zip(ours, theirs, strict=True):
         old = match.group()
         if old == new:
@@ -141,13 +194,13 @@ def _numbers(line: str, other: str, found: Found, costs: bool) -> None:
             continue
         behind = INTERVAL.match(line, match.end())
         said = f"{old} -> {new} in: {line.strip()}"
-        if behind and ends:
+        if behind:
             low, high = (_value(each) for each in behind.groups())
             if low <= _value(new) <= high:
                 found.inside += 1
             else:
                 found.left.append(said)
-        elif not (costs and COST.search(line)):
+        else:
             found.moved.append(said)
 
 
@@ -156,13 +209,13 @@ def _value(text: str) -> float:
 
 
 def printed_by(item: Mapping[str, Any], folder: Path, resume: bool) -> tuple[list[str], float]:
-    """Return what an item's command prints, and the minutes that it took.
+    """Return what an item's commands print, and the minutes that they took.
 
     Both are kept in `folder/printed.txt`, beside the run; with `resume` what the same sources
     printed there is returned, and a run that goes on where it stopped does.
 
     Raises:
-        RuntimeError: the command failed.
+        RuntimeError: a command failed.
     """
     kept = folder / "printed.txt"
     head = f"$ {item['command']}  # by sources {sources()}, "
@@ -171,41 +224,63 @@ def printed_by(item: Mapping[str, Any], folder: Path, resume: bool) -> tuple[lis
         if first.startswith(head):
             return lines, float(first.removeprefix(head).removesuffix(" min"))
     folder.mkdir(parents=True, exist_ok=True)
-    words = shlex.split(item["command"])
-    own = Path(sys.executable).with_name(words[0])
-    if out := item.get("out", "run"):
-        words += ["--out", str(folder / out), *([] if resume else ["--force"])]
     began = time.perf_counter()
-    done = subprocess.run(
-        [str(own) if own.exists() else words[0], *words[1:]],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"},
-        cwd=folder,
-    )
+    for command in item.get("before", []):
+        _ran(command.format(root=ROOT), folder)
+    command = item["command"].replace("{root}", str(ROOT))
+    if command.startswith("python docs/"):
+        command = command.replace("docs/", f"{shlex.quote(str(ROOT))}/docs/", 1)
+    elif out := item.get("out", "run"):
+        command += f" --out {shlex.quote(str(folder / out))}" + ("" if resume else " --force")
+    said = _ran(command, folder)
     minutes = (time.perf_counter() - began) / 60
+    kept.write_text(f"{head}{minutes:.1f} min\n{said}", encoding="utf-8")
+    return said.split("\n"), minutes
+
+
+def _ran(command: str, folder: Path) -> str:
+    """Return what a line of a shell prints, run in a folder with our own programs first."""
+    own = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    own |= {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}
+    done = subprocess.run(
+        command, shell=True, capture_output=True, text=True, env=os.environ | own, cwd=folder
+    )
     if done.returncode:
         said = done.stderr.strip().split("\n")[-1]
-        raise RuntimeError(f"{item['command']} ended with {done.returncode}: {said}")
-    kept.write_text(f"{head}{minutes:.1f} min\n{done.stdout}", encoding="utf-8")
-    return done.stdout.split("\n"), minutes
+        raise RuntimeError(f"{command} ended with {done.returncode}: {said}")
+    return done.stdout
+
+
+def found_of(item: Mapping[str, Any], printed: list[str]) -> Found:
+    """Return what became of the numbers of an item, a block's or some sentences'."""
+    if not item.get("prose", False):
+        return compared(block_of(item), printed, item)
+    said, missing = sentences_of(item, printed)
+    found = compared(said, printed, item)
+    found.missing += missing
+    return found
 
 
 def reproduced(
-    items: Mapping[str, Mapping[str, Any]], out: Path, resume: bool
+    chosen: Mapping[str, Mapping[str, Any]], out: Path, resume: bool
 ) -> tuple[list[str], bool]:
     """Run items one after the other; return the table's rows, and whether all of them hold.
 
     What moved, left, is missing or failed is printed as it is found.
     """
     rows, holds = [], True
-    for name, item in items.items():
+    ran: dict[tuple[str, ...], tuple[list[str], float]] = {}
+    for name, item in chosen.items():
         print(f"{name}: {item['command']} (some {item['minutes']:g} min)", file=sys.stderr)
         found, minutes = Found(), 0.0
+        asked = (*item.get("before", []), item["command"])
         try:
-            printed, minutes = printed_by(item, out / name, resume)
-            found = compared(block_of(item), printed, item)
-        except RuntimeError as error:
+            if asked in ran:  # another block that the same command prints
+                printed = ran[asked][0]
+            else:
+                printed, minutes = ran[asked] = printed_by(item, out / name, resume)
+            found = found_of(item, printed)
+        except (RuntimeError, ValueError) as error:
             found.failed.append(str(error))
         for what in ("moved", "left", "missing", "failed"):
             for line in getattr(found, what):
@@ -226,13 +301,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("runs/reproduce"), help="where runs go")
     parser.add_argument("--resume", action="store_true", help="keep what these sources printed")
     asked = parser.parse_args(arguments)
-    items = tomllib.loads(PUBLISHED.read_text(encoding="utf-8"))
-    unknown = [name for name in asked.names if name not in items]
+    every = items()
+    unknown = [name for name in asked.names if name not in every]
     if unknown:
-        parser.error(f"{unknown[0]} is unknown; choose from {', '.join(items)}")
+        parser.error(f"{unknown[0]} is unknown; choose from {', '.join(every)}")
     chosen = {
         name: item
-        for name, item in items.items()
+        for name, item in every.items()
         if (name in asked.names if asked.names else item.get("quick", False) or not asked.quick)
     }
     if asked.list:
