@@ -76,10 +76,10 @@ def blocks(document: str) -> list[list[str]]:
                 found.append([])
         elif fenced:
             found[-1].append(line)
-        elif line.startswith("|"):
-            if not before.startswith("|"):
+        elif line.lstrip().startswith("|"):
+            if not before.lstrip().startswith("|"):
                 found.append([])
-            found[-1].append(line)
+            found[-1].append(line.lstrip())
     return found
 
 
@@ -106,7 +106,7 @@ def text_of(document: str) -> str:
     kept, fenced = [], False
     for line in lines:
         fenced ^= line.startswith("```")
-        if not fenced and not line.startswith(("```", "|", "    ")):
+        if not fenced and not line.lstrip().startswith(("```", "|")) and line[:4].strip():
             kept.append(line.removeprefix("- "))
     return " ".join(MARKS.sub(r"\1", " ".join(kept)).split())
 
@@ -252,12 +252,36 @@ def _ran(command: str, folder: Path) -> str:
 
 
 def found_of(item: Mapping[str, Any], printed: list[str]) -> Found:
-    """Return what became of the numbers of an item, a block's or some sentences'."""
-    if not item.get("prose", False):
+    """Return what became of the numbers of an item: a block's, or some sentences'."""
+    if "said" in item:
+        return _in_words(item, printed)
+    if "prose" not in item:
         return compared(block_of(item), printed, item)
     said, missing = sentences_of(item, printed)
     found = compared(said, printed, item)
-    found.missing += missing
+    there = {number for line in said for number in NUMBER.findall(line)}
+    found.missing += missing + [f"a sentence with {n}" for n in item["prose"] if n not in there]
+    return found
+
+
+def words_of(item: Mapping[str, Any]) -> list[str]:
+    """Return the words of a document whose numbers are made again, none of other items."""
+    said = item.get("said", [])
+    return [said] if isinstance(said, str) else list(said)
+
+
+def _in_words(item: Mapping[str, Any], printed: list[str]) -> Found:
+    """Return which numbers of what a document says are anywhere in what was printed."""
+    found = Found()
+    there = {_value(each) for line in printed for each in NUMBER.findall(line)}
+    for words in words_of(item):
+        if words not in text_of(item["document"]):
+            raise ValueError(f"{item['document']} does not say {words!r}")
+        for number in NUMBER.findall(words):
+            if _value(number) in there:
+                found.same += 1
+            else:
+                found.moved.append(f"{number} is not printed, in: {words}")
     return found
 
 
