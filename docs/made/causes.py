@@ -1,4 +1,4 @@
-"""How likely causes are with another seed and with more modes: rows of a table of studies/laboratory.
+"""How likely causes are with another seed and with more modes: a table of studies/laboratory.
 
 python docs/made/causes.py
 """

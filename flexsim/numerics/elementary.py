@@ -45,6 +45,16 @@ def log(x: ArrayLike) -> Array:
     return _mapped(LOG, x)
 
 
+def log10(x: ArrayLike) -> Array:
+    """Return the logarithm to base 10, by the natural one."""
+    return log(x) / math.log(10.0)
+
+
+def power_of_ten(x: ArrayLike) -> Array:
+    """Return 10^x."""
+    return exp(math.log(10.0) * np.asarray(x, dtype=float))
+
+
 def arctan2(y: ArrayLike, x: ArrayLike) -> Array:
     """Return the angles [rad] in (-pi, pi] of the points (x, y)."""
     return _mapped(ARCTAN2, *np.broadcast_arrays(y, x))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexsim.numerics.elementary import power_of_ten
 from flexsim.numerics.types import Array
 from studies.core.evidence.intervals import LEAST_RUNS, LEVEL
 from studies.laboratory.loops import Job, Loops, run_jobs
@@ -57,7 +58,7 @@ class Curve:
 
 def sizes_of(suspect: Suspect, count: int, decades: float) -> Array:
     """Return sizes (count,) that reach down from the largest by decades [SI]."""
-    return suspect.most * 10.0 ** np.linspace(0.0, -decades, count)[::-1]
+    return suspect.most * power_of_ten(np.linspace(0.0, -decades, count)[::-1])
 
 
 def scan(

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import special
 
+from flexsim.numerics.elementary import log10, power_of_ten
 from flexsim.numerics.types import Array
 from studies.core.evidence.intervals import LEVEL, share_interval
 from studies.laboratory.alone import Curve
@@ -64,10 +65,10 @@ def of_curves(curves: Sequence[Curve], middle: Array, decades: float) -> Hypothe
             logs.append(own)
             sizes.append(np.ones(1))
             continue
-        top = np.log10(curve.sizes[-1])
+        top = log10(curve.sizes[-1])
         at = np.linspace(top - decades, top, BETWEEN)
-        logs.append(between(np.log10(curve.sizes), own, at))
-        sizes.append(curve.sign * 10.0 ** (at - top))
+        logs.append(between(log10(curve.sizes), own, at))
+        sizes.append(curve.sign * power_of_ten(at - top))
     suspect = curves[0].suspect
     count = int(suspect.sized)
     every, own = np.concatenate(logs), np.concatenate(sizes)[:, None]

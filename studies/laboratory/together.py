@@ -27,6 +27,7 @@ from functools import reduce
 import numpy as np
 from scipy import stats
 
+from flexsim.numerics.elementary import power_of_ten
 from flexsim.numerics.types import Array
 from studies.core.evidence.intervals import LEVEL, share_of
 from studies.laboratory.loops import Job, Loops, run_jobs
@@ -57,7 +58,7 @@ def sizes_from(
         if len(each.signs) > 1:
             sign = np.where(u < 0.5, -1.0, 1.0)
             u = np.abs(2 * u - 1)
-        sizes[:, i] = sign * scale * each.most * 10.0 ** (-decades * (1 - u))
+        sizes[:, i] = sign * scale * each.most * power_of_ten(-decades * (1 - u))
     return sizes
 
 
