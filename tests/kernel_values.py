@@ -1,4 +1,4 @@
-"""What must be the same on every machine, as JSON: designs, files, modes, rows of compare.
+"""What must be the same on every machine, as JSON: designs, files, modes, rows of compare, draws.
 
 OPENBLAS_CORETYPE=Zen python tests/kernel_values.py
 """
@@ -10,6 +10,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flexsim import Parameters
 from flexsim.arm.chain_design import design_chain
 from flexsim.loop.trajectories import TRAJECTORIES
@@ -19,6 +21,9 @@ from flexsim.numerics.machine import blas_kernels, machine
 from studies.compare.compare import CompareConfig
 from studies.compare.compare import run as compare
 from studies.core.folder import to_json
+from studies.laboratory.alone import sizes_of
+from studies.laboratory.suspects import SUSPECTS
+from studies.laboratory.together import sizes_from
 from studies.parity.modes import ModesConfig
 from studies.parity.modes import run as modes
 from studies.run.batches import carried_out, prepare
@@ -62,6 +67,10 @@ def values() -> dict[str, Any]:
         "compare": [asdict(row) for row in compare(config).rows],
     }
     found["study"] = study_rows()
+    sized = [each for each in SUSPECTS.values() if each.sized]
+    unit = np.random.default_rng(1).random((64, len(sized)))
+    found["laboratory"] = {each.name: sizes_of(each, 7, 2.0) for each in sized}
+    found["drawn"] = sizes_from(sized, unit, 2.0)
     return json.loads(to_json(found))  # type: ignore[no-any-return]
 
 
