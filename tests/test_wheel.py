@@ -81,6 +81,13 @@ def test_it_runs_from_an_empty_folder(fresh: Path, tmp_path: Path) -> None:
     assert version == f"flexsim {importlib.metadata.version('flexsim')}"  # of no commit
     assert Path(models.removeprefix("models: ")).is_relative_to(fresh.parent)
     assert "compare" in ran(fresh / "python", "-m", "flexsim", "--help", folder=tmp_path)
+    found = json.loads(ran(fresh / "flexsim", "crosscheck", "--json", folder=tmp_path))
+    assert found["ok"] and len(found["rungs"]) > 5
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_it_compares_from_an_empty_folder(fresh: Path, tmp_path: Path) -> None:
     ran(fresh / "flexsim", "compare", "--quick", "--out", "run", folder=tmp_path)
     held = {path.name for path in (tmp_path / "run").iterdir()}
     assert {"config.json", "results.csv", "run.rrd", "figures"} <= held
