@@ -208,16 +208,18 @@ def _value(text: str) -> float:
     return float(text.replace(",", ""))
 
 
-def printed_by(item: Mapping[str, Any], folder: Path, resume: bool) -> tuple[list[str], float]:
+def printed_by(
+    item: Mapping[str, Any], folder: Path, resume: bool, kept_as: str = "printed.txt"
+) -> tuple[list[str], float]:
     """Return what an item's commands print, and the minutes that they took.
 
-    Both are kept in `folder/printed.txt`, beside the run; with `resume` what the same sources
-    printed there is returned, and a run that goes on where it stopped does.
+    Both are kept in the folder, beside the run; with `resume` what the same sources printed there
+    is returned, and a run that goes on where it stopped does.
 
     Raises:
         RuntimeError: a command failed.
     """
-    kept = folder / "printed.txt"
+    kept = folder / kept_as
     head = f"$ {item['command']}  # by sources {sources()}, "
     if resume and kept.is_file():
         first, *lines = kept.read_text(encoding="utf-8").split("\n")
@@ -292,17 +294,25 @@ def reproduced(
 
     What moved, left, is missing or failed is printed as it is found.
     """
-    rows, holds = [], True
-    ran: dict[tuple[str, ...], tuple[list[str], float]] = {}
+    rows, holds, every = [], True, items()
+    ran: dict[tuple[str, ...], list[str]] = {}
+
+    def run_once(item: Mapping[str, Any], name: str) -> tuple[list[str], float]:
+        asked, spent, place = (*item.get("before", []), item["command"]), 0.0, name
+        if "of" in item:  # whose files it reads
+            place = item["of"]
+            spent = run_once(every[place], place)[1]
+        if asked in ran:  # another block that the same command prints
+            return ran[asked], spent
+        own = f"-{name}" if "of" in item else ""
+        ran[asked], minutes = printed_by(item, out / place, resume, f"printed{own}.txt")
+        return ran[asked], spent + minutes
+
     for name, item in chosen.items():
         print(f"{name}: {item['command']} (some {item['minutes']:g} min)", file=sys.stderr)
         found, minutes = Found(), 0.0
-        asked = (*item.get("before", []), item["command"])
         try:
-            if asked in ran:  # another block that the same command prints
-                printed = ran[asked][0]
-            else:
-                printed, minutes = ran[asked] = printed_by(item, out / name, resume)
+            printed, minutes = run_once(item, name)
             found = found_of(item, printed)
         except (RuntimeError, ValueError) as error:
             found.failed.append(str(error))

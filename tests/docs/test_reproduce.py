@@ -143,8 +143,124 @@ def test_lines_are_found_in_any_surroundings() -> None:
     assert (found.same, found.holds) == (10, True)
 
 
-def test_the_quick_subset_is_as_published(capsys: pytest.CaptureFixture[str]) -> None:
-    status = reproduce.main(["--quick"])
+def test_what_is_the_machines_is_not_compared() -> None:
+    assert of(["line   5.3 [5.1, 5.5]   18 of 20", BLOCK[1]], machine=[r"\d+ of 20"]).moved == []
+
+
+def test_a_number_in_a_name_is_a_part_of_it() -> None:
+    block = ["untuned:5   1   17", "untuned:6   1   17"]
+    found = reproduce.compared(block[1:], block, {})
+    assert (found.same, found.moved) == (2, [])
+    assert reproduce.NUMBER.findall("chain:6 at 1,234.5, -2e-3 and 7.") == ["1,234.5", "-2e-3", "7"]
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A document and items of a test's own."""
+    (tmp_path / "page.md").write_text(PAGE, encoding="utf-8")
+    (tmp_path / "published.toml").write_text(OWN, encoding="utf-8")
+    monkeypatch.setattr(reproduce, "ROOT", tmp_path)
+    monkeypatch.setattr(reproduce, "PUBLISHED", tmp_path / "published.toml")
+    return tmp_path
+
+
+PAGE = """# A page
+
+It took **12** steps of [0.25](there.md) m, said
+`three`, and ended at 7.5 m.
+
+  | name | number |
+  |---|---|
+  | one | 1.5 |
+"""
+OWN = """
+[table]
+document = "page.md"
+begins = "| one |"
+before = ["echo '| one | 1.5 |' > file"]
+command = "cat file"
+out = ""
+minutes = 1
+
+[words]
+document = "page.md"
+said = ["12 steps of 0.25 m", "at 7.5 m"]
+command = "echo 12 0.25 7.50"
+out = ""
+minutes = 1
+quick = true
+
+[sentence]
+document = "page.md"
+prose = ["0.25", "7.5"]
+command = "echo 'It took 12 steps of 0.25 m, said three'; echo 'ended at 7.6 m'"
+out = ""
+minutes = 1
+
+[derived]
+document = "page.md"
+said = "7.5"
+of = "table"
+command = "cat file; echo 7.5"
+out = ""
+minutes = 1
+
+[broken]
+document = "page.md"
+said = "7.5"
+command = "echo no such thing >&2; false"
+out = ""
+minutes = 1
+
+[[not-remade]]
+document = "page.md"
+why = "an example"
+"""
+
+
+def test_tables_words_sentences_and_what_is_derived(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert reproduce.main(["table", "words", "derived", "--out", str(own / "runs")]) == 0
+    table = capsys.readouterr().out.split("\n")[-4:-1]
+    assert [row.split()[0] for row in table] == ["table", "words", "derived"]
+    assert [row.split()[2] for row in table] == ["1", "3", "1"]
+    assert (own / "runs" / "table" / "printed-derived.txt").is_file()
+
+
+def test_a_sentence_that_moved_is_named(own: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reproduce.main(["sentence", "--out", str(own / "runs")]) == 0
+    assert "sentence moved: 7.5 -> 7.6 in: ended at 7.5 m" in capsys.readouterr().out
+
+
+def test_what_fails_is_said_and_the_rest_goes_on(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert reproduce.main(["broken", "derived", "sentence", "--out", str(own / "runs")]) == 1
+    said = capsys.readouterr().out
+    assert "broken failed: " in said and "no such thing" in said
+    rows = [row.split() for row in said.split("\n")[-4:-1]]
+    assert [row[0] for row in rows] == ["sentence", "derived", "broken"]  # as they are listed
+    assert rows[-1][-2:] == ["failed", "page.md"] and rows[1][-2:] == ["0", "page.md"]
+
+
+def test_what_was_printed_is_kept_and_resumed(own: Path) -> None:
+    out = str(own / "runs")
+    assert reproduce.main(["table", "--out", out]) == 0
+    kept = own / "runs" / "table" / "printed.txt"
+    kept.write_text(kept.read_text().replace("1.5", "2.5"), encoding="utf-8")
+    items = reproduce.items()
+    assert reproduce.printed_by(items["table"], kept.parent, True)[0][0] == "| one | 2.5 |"
+    assert reproduce.printed_by(items["table"], kept.parent, False)[0][0] == "| one | 1.5 |"
+    older = kept.read_text().replace("by sources ", "by sources f")
+    kept.write_text(older.replace("1.5", "2.5"), encoding="utf-8")
+    assert reproduce.printed_by(items["table"], kept.parent, True)[0][0] == "| one | 1.5 |"
+
+
+def test_the_quick_subset_is_as_published(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status = reproduce.main(["--quick", "--out", str(tmp_path)])
     said = capsys.readouterr().out
     assert status == 0, said
     assert sum(item.get("quick", False) for item in ITEMS.values()) >= 3
