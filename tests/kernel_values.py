@@ -28,6 +28,8 @@ from studies.parity.modes import ModesConfig
 from studies.parity.modes import run as modes
 from studies.run.batches import carried_out, prepare
 from studies.run.run import workshop_of
+from studies.tuning.problem import distribution_for, problem_of, tune
+from studies.tuning.tuning import Tuning
 
 SEGMENTS = range(3, 9)
 MODELS = Path(__file__).parents[1] / "models"
@@ -43,6 +45,26 @@ def study_rows() -> list[dict[str, Any]]:
     shop = workshop_of(STUDIES / "monte-carlo.toml", changes)
     rows: list[dict[str, Any]] = carried_out(shop, prepare(shop, 0, shop.matrix.runs)).to_pylist()
     return rows
+
+
+def searches() -> dict[str, Any]:
+    """Return all individuals of short searches, by tuner."""
+    found = {}
+    for tuner in ("genetic", "cma", "de"):
+        tuning = Tuning(
+            trajectory="line",
+            plant="assumed-modes",
+            tuner=tuner,
+            distribution="wide",
+            population=12,
+            generations=4,
+            survivors=4,
+            exact=True,
+        )
+        problem, draws = problem_of(tuning, 1), distribution_for(tuning)
+        search = tune(problem, draws, tuning.genetic, tuning.seed, tuner)
+        found[tuner] = [vars(each) for each in search.generations]
+    return found
 
 
 def values() -> dict[str, Any]:
@@ -66,7 +88,7 @@ def values() -> dict[str, Any]:
         },
         "compare": [asdict(row) for row in compare(config).rows],
     }
-    found["study"] = study_rows()
+    found["study"], found["searches"] = study_rows(), searches()
     sized = [each for each in SUSPECTS.values() if each.sized]
     unit = np.random.default_rng(1).random((64, len(sized)))
     found["laboratory"] = {each.name: sizes_of(each, 7, 2.0) for each in sized}

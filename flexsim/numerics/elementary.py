@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from flexsim.numerics.jit import jit
 from flexsim.numerics.types import Array
 
-SIN, COS, TANH, EXP, LOG, ARCTAN2 = range(6)
+SIN, COS, TANH, EXP, LOG, ARCTAN2, POWER = range(7)
 
 
 def sin(x: ArrayLike) -> Array:
@@ -60,6 +60,11 @@ def arctan2(y: ArrayLike, x: ArrayLike) -> Array:
     return _mapped(ARCTAN2, *np.broadcast_arrays(y, x))
 
 
+def power(base: float, exponent: ArrayLike) -> Array:
+    """Return powers of a base, as Python's `**` has them."""
+    return _mapped(POWER, np.full_like(np.asarray(exponent, dtype=float), base), exponent)
+
+
 def cbrt(x: ArrayLike) -> Array:
     """Return the real cube root."""
     return np.vectorize(math.cbrt, otypes=[float])(x)[()]
@@ -92,5 +97,7 @@ def _fill(function: int, x: Array, second: Array, out: Array) -> None:
             out[i] = math.exp(x[i])
         elif function == LOG:
             out[i] = math.log(x[i])
+        elif function == POWER:
+            out[i] = math.pow(x[i], second[i])
         else:
             out[i] = math.atan2(x[i], second[i])

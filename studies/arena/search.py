@@ -23,7 +23,6 @@ from studies.tuning.problem import tune
 
 POPULATION, SURVIVORS = 20, 6
 CMA = "cma"
-GRID = 1e-6  # of CMA-ES [standard deviations of a knob's range]
 NEVER = 10**6  # generations of patience: the budget is used up
 OBJECTIVE, INDEX, EFFORT, DIVERGED, GROWTH = -5, -4, -3, -2, -1  # columns behind the knobs
 
@@ -63,7 +62,7 @@ def searched(
 
     draws, settings = distribution_of(contestant), settings_of(budget)
     if tuner == CMA:
-        run_cma(evaluate, draws, settings, seed, grid=GRID)
+        run_cma(evaluate, draws, settings, seed)
     else:
         tune(evaluate, draws, settings, seed, tuner)
     return np.vstack(rows)

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from flexsim.errors import ParameterError
 from flexsim.files.reading import MIB, read_text
+from flexsim.numerics.elementary import exp
 from flexsim.numerics.types import Array
 
 NAMES = ("k1", "nu1", "k2", "nu2", "k3", "k4", "nu4", "k5", "nu5", "k6")  # as in Table 1
@@ -86,7 +87,7 @@ class Draw:
             return (low + high) / 2 + (high - low) / 2 * coordinate / HALF_SPAN
         middle, half = math.log(low * high) / 2, math.log(high / low) / 2
         with np.errstate(over="ignore"):
-            return np.exp(middle + half * coordinate / HALF_SPAN)
+            return exp(middle + half * coordinate / HALF_SPAN)
 
 
 @dataclass(frozen=True)

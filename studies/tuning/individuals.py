@@ -25,6 +25,7 @@ from controllers import (
 from controllers.errors import MOST_ORDER
 from flexsim.errors import ParameterError
 from flexsim.numerics.clocks import PERIOD
+from flexsim.numerics.elementary import power
 from flexsim.numerics.types import Array
 from studies.tuning.distributions import NAMES
 
@@ -49,7 +50,7 @@ def in_si(parameters: Array) -> Array:
     converted = np.array(parameters, dtype=float)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         for k, nu in DERIVATIVE_PAIRS:
-            converted[:, k] /= MS_PER_S ** converted[:, nu]
+            converted[:, k] /= power(MS_PER_S, converted[:, nu])
     return converted
 
 
@@ -79,7 +80,7 @@ def series_taps(orders: Array, period: float, terms: int, realisation: str) -> A
                 [(forward[:, : i + 1] * back[:, i::-1]).sum(axis=1) for i in range(terms + 1)],
                 axis=1,
             )
-        taps = ((scale / period) ** orders)[:, None] * taps  # (2)
+        taps = power(scale / period, orders)[:, None] * taps  # (2)
     taps[~(np.abs(orders) <= MOST_ORDER)] = np.nan
     return taps
 

@@ -32,6 +32,7 @@ PENALTY = 1e6  # index of the diverged: both want finite numbers, and compare th
 GROWTH_MOST = 1e6  # [1/s] in the index of the rejected
 NEVER = -1.0  # spread of indices at which differential evolution stops before its budget is used
 START_SPREAD = 0.3  # of CMA-ES around the individual it starts at, in standard deviations
+GRID = 1e-6  # of what CMA-ES asks for [standard deviations]
 LEAST_POPULATION = 5  # of differential evolution in scipy
 ENDED = "budget used up"
 
@@ -91,16 +92,14 @@ def run_cma(
     seed: int,
     on_generation: OnGeneration | None = None,
     resume_from: Sequence[Generation] = (),
-    grid: float = 0.0,
 ) -> Search:
     """Return a search by CMA-ES from the best of a random population, again when converged.
 
     Random populations are drawn until one individual holds, or growth tells the rejected apart:
-    among nothing but diverged ones there is no direction to follow.
+    among nothing but diverged ones there is no direction to follow. What is asked for lies on
+    GRID, so that the last digits of eigenvectors, which are LAPACK's, decide nothing.
 
-    Args: as `studies.tuning.genetic.run_genetic`, and
-        grid: of the coordinates [standard deviations]: what CMA-ES asks for lies on it, so that the
-            last digits of its eigenvectors, which are LAPACK's, decide nothing; 0 for none.
+    Args: as `studies.tuning.genetic.run_genetic`.
     """
     import cma  # half a second, for those who use it
 
@@ -121,9 +120,7 @@ def run_cma(
                 best = drawn[np.argmin(indices)]
                 strategy = cma.CMAEvolutionStrategy(best, START_SPREAD, options)
             continue
-        asked = np.array(strategy.ask())
-        if grid > 0.0:
-            asked = np.round(asked / grid) * grid
+        asked = np.round(np.array(strategy.ask()) / GRID) * GRID
         strategy.tell(list(asked), ledger(asked).tolist())
     return Search(tuple(ledger.generations), ENDED)
 
