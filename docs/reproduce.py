@@ -27,6 +27,7 @@ import time
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ ROOT = Path(__file__).parents[1]
 PUBLISHED = Path(__file__).with_name("published.toml")
 NUMBER = re.compile(r"(?<![\w.:])[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
 INTERVAL = re.compile(r"\s*\[\s*([-+\d.,e]+),\s*([-+\d.,e]+)\s*\]")
+WIDTH = 80  # of a terminal; longer lines are wrapped in documents
 ALIKE = 0.6  # of two lines' words: less is another line
 GIVEN = "not-remade"  # what the documents have that no command prints, and why
 MARKS = re.compile(r"\*\*|`|\[([^\]]*)\]\([^)]*\)")  # of markdown, in text
@@ -132,7 +134,7 @@ def compared(block: list[str], printed: list[str], item: Mapping[str, Any]) -> F
     block, printed = ([_without(line, of_machine) for line in lines] for lines in (block, printed))
     shapes = [_shape(line) for line in printed]
     at = 0
-    for line in block:
+    for line in _unwrapped(block, shapes):
         if any(part in line for part in item.get("skip", [])) or not line.strip(" ─|-:"):
             continue
         near = _nearest(line, printed, shapes, at)
@@ -153,6 +155,23 @@ def _without(line: str, parts: list[re.Pattern[str]]) -> str:
 
 def _shape(line: str) -> str:
     return " ".join(NUMBER.sub("#", line).split())
+
+
+def _unwrapped(block: list[str], shapes: list[str]) -> list[str]:
+    """Return a block's lines, those joined again that are printed as one and wrapped in it."""
+    longs = [shape.split() for shape in shapes if len(shape) > WIDTH]
+    own = [_shape(line).split() for line in block]
+    lines, i = [], 0
+    while i < len(block):
+        count = 1
+        for words in longs:
+            ends = (j for j in range(i + 2, len(block) + 1) if [*chain(*own[i:j])] == words)
+            count = max(count, next(ends, i + 1) - i)
+        lines.append(
+            " ".join(line.strip() for line in block[i : i + count]) if count > 1 else block[i]
+        )
+        i += count
+    return lines
 
 
 def _nearest(line: str, printed: list[str], shapes: list[str], at: int) -> int | None:

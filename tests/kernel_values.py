@@ -28,6 +28,7 @@ from studies.parity.modes import ModesConfig
 from studies.parity.modes import run as modes
 from studies.run.batches import carried_out, prepare
 from studies.run.run import workshop_of
+from studies.tuning.individuals import in_si, series_taps
 from studies.tuning.problem import distribution_for, problem_of, tune
 from studies.tuning.tuning import Tuning
 
@@ -48,7 +49,7 @@ def study_rows() -> list[dict[str, Any]]:
 
 
 def searches() -> dict[str, Any]:
-    """Return all individuals of short searches, by tuner."""
+    """Return all individuals of short searches, by tuner, and what individuals become."""
     found = {}
     for tuner in ("genetic", "cma", "de"):
         tuning = Tuning(
@@ -59,11 +60,13 @@ def searches() -> dict[str, Any]:
             population=12,
             generations=4,
             survivors=4,
-            exact=True,
         )
         problem, draws = problem_of(tuning, 1), distribution_for(tuning)
         search = tune(problem, draws, tuning.genetic, tuning.seed, tuner)
         found[tuner] = [vars(each) for each in search.generations]
+    population = draws.sample(np.random.default_rng(1), 64)
+    found["si"] = in_si(population)
+    found["taps"] = series_taps(population[:, 1], 1e-3, 10, "tustin")
     return found
 
 

@@ -154,6 +154,18 @@ def test_a_number_in_a_name_is_a_part_of_it() -> None:
     assert reproduce.NUMBER.findall("chain:6 at 1,234.5, -2e-3 and 7.") == ["1,234.5", "-2e-3", "7"]
 
 
+def test_a_line_that_the_document_wraps_is_one() -> None:
+    printed = [
+        "before",
+        "7 of 8 hold in the one, and " + "so on and on " * 6 + "to 3 in all.",
+        "after",
+    ]
+    block = [printed[1][:40], printed[1][40:].strip()]
+    assert reproduce.compared(block, printed, {}).same == 3
+    other = [printed[0], printed[1].replace("to 3", "to 4"), printed[2]]
+    assert len(reproduce.compared(block, other, {}).moved) == 1
+
+
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A document and items of a test's own."""
