@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from crates import issues
+from quick_run import QuickRun
 
+from studies.core.carry_out import Study
 from studies.core.folders.crate import CRATE, crate_of
-from studies.main import main
+from studies.main import COMMANDS, main
 
 STUDY = """
 repeats = 1
@@ -55,6 +59,21 @@ def test_a_run_of_a_study_file_and_a_tuning_are_crates(tmp_path: Path) -> None:
     assert main(["tune", *words, "--out", str(tmp_path / "tuned")]) == 0
     for name in ("mine", "tuned"):
         assert issues(tmp_path / name) == []
+
+
+def studies_with_folders() -> list[str]:
+    modules = {name: f"studies.{each.module}" for name, each in COMMANDS.items()}
+    return [
+        name
+        for name, module in modules.items()
+        if isinstance(getattr(importlib.import_module(module), "command", None), Study)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", studies_with_folders())
+def test_every_study_leaves_a_crate(name: str, quick: Callable[[str], QuickRun]) -> None:
+    assert issues(quick(name).folder) == []
 
 
 def test_the_same_bytes_at_the_same_time(ladder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
