@@ -7,8 +7,9 @@ worst counts of ideal hardware, of one sample of delay added to it, and of a ben
 torque limits, encoders and noise. The exact linear loop does not grow in any of these, nor with 20
 percent more or less of the beam's stiffness, nor with 50 g at the tip. Index (5) with shares for
 the torques' total variation and for the v that a hold of 20 s leaves, by CMA-ES: outcomes of a
-random search, nothing optimal; for the line the better of seeds 1 and 2. Gains are as the search
-has them, for time counted in milliseconds (`Gains.from_milliseconds`).
+random search, nothing optimal; for the line the better of seeds 1 and 2. They are from before
+searches came to the same on every processor, so that the command ends at others now. Gains are as
+the search has them, for time counted in milliseconds (`Gains.from_milliseconds`).
 """
 
 from collections.abc import Mapping

@@ -4,9 +4,9 @@
 
 Each is the best that the genetic algorithm of section 3.2 found, the worse of the two plants
 counting, under the friction `jump`, with (2), p = 10 and a period of 1 ms; `source` is the command,
-from before the robot had damping. Outcomes of a random search, the best of seeds 1 to 3: nothing
-optimal. Gains are as the search has them, drawn from Table 1 with time counted in milliseconds
-(`Gains.from_milliseconds`).
+from before the robot had damping and searches came to the same on every processor. Outcomes of a
+random search, the best of seeds 1 to 3: nothing optimal. Gains are as the search has them, drawn
+from Table 1 with time counted in milliseconds (`Gains.from_milliseconds`).
 
 They hold without delay only: with one sample of it every one of them grows at 43 1/s or more; those
 that hold on a bench are in `controllers.tuned`.
