@@ -117,7 +117,8 @@ def sentences_of(item: Mapping[str, Any], printed: list[str]) -> tuple[list[str]
     """Return the printed sentences as the document has them, and those that it has not."""
     text = text_of(item["document"])
     said, missing = [], []
-    for line in (" ".join(MARKS.sub(r"\1", each).split()) for each in printed):
+    lines = [each for each in printed if not each.startswith("|")]
+    for line in (" ".join(MARKS.sub(r"\1", each).split()) for each in lines):
         pattern = NUMBER.pattern.join(re.escape(part) for part in NUMBER.split(line))
         found = re.search(pattern, text) if line else None
         if found:
