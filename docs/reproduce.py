@@ -341,7 +341,7 @@ def reproduced(
                 print(f"{name} {what}: {line}", flush=True)
         counts = f"{found.same:5}{found.inside:7}{len(found.moved):6}{len(found.left):5}"
         said = "failed" if found.failed else f"{len(found.missing):7}"
-        rows.append(f"{name:20}{minutes:7.1f}  {counts}{said:>8}  {item['document']}")
+        rows.append(f"{name:26}{minutes:7.1f}  {counts}{said:>8}  {item['document']}")
         holds &= found.holds
     return rows, holds
 
@@ -365,14 +365,14 @@ def main(arguments: list[str] | None = None) -> int:
         if (name in asked.names if asked.names else item.get("quick", False) or not asked.quick)
     }
     if asked.list:
-        print(f"{'item':20}{'min':>7}         document")
+        print(f"{'item':26}{'min':>7}         document")
         for name, item in chosen.items():
             quick = "quick" if item.get("quick", False) else ""
-            print(f"{name:20}{item['minutes']:7.1f}  {quick:5}  {item['document']}")
+            print(f"{name:26}{item['minutes']:7.1f}  {quick:5}  {item['document']}")
         return 0
     rows, holds = reproduced(chosen, asked.out.absolute(), asked.resume)
     counts = f"{'same':>5}{'inside':>7}{'moved':>6}{'left':>5}{'missing':>8}"
-    print(f"\n{'item':20}{'min':>7}  {counts}  document")
+    print(f"\n{'item':26}{'min':>7}  {counts}  document")
     print("\n".join(rows))
     return int(not holds)
 
