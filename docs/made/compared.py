@@ -35,7 +35,7 @@ def variations() -> None:
     for options in VARIED:
         found = asked("compare", *shlex.split(options), "--out", "run", "--force")
         cells = [
-            with_interval(each["ratio"], each["ratio_low"], each["ratio_high"])
+            with_interval(each["ratio"], each["ratio_low"], each["ratio_high"], most=3)
             for each in found["rows"]
             if each["ratio"] is not None
         ]
