@@ -12,7 +12,7 @@ compare: install
 # The default suite; then design, model files, closed loop and compare under another BLAS kernel, and
 # the digits of two kernels against each other
 test: install
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder
 	$(BIN)/python tests/kernels.py -q -n 2 --dist loadfile -m "(kernels or digits) and not slow"
 
 slow: install

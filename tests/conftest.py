@@ -25,6 +25,11 @@ settings.register_profile(
 settings.load_profile("flexsim")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest file first, so that no process ends with it while the other one waits."""
+    items.sort(key=lambda item: item.path.name != "test_wheel.py")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def compiled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Have the loops compiled once, where several processes run the tests."""

@@ -11,11 +11,13 @@ longer the loop that was designed, and what it does is decided by friction.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.optimize import bisect
 
 from flexsim.linear.exact_loop import EXACT_POSES, NO_FRICTION, exact_growth, exact_loops
 from flexsim.linear.growth import SLACK, quantised
@@ -26,6 +28,8 @@ from studies.laboratory.loops import Loops
 from studies.laboratory.place import MORE, Place
 from studies.laboratory.suspects import Suspect
 
+FINE = 1e-4  # of the logarithm of a size from which on a loop grows
+
 
 @dataclass(frozen=True)
 class GrowthRow:
@@ -33,8 +37,7 @@ class GrowthRow:
 
     Attributes:
         suspect: with its sign. least, largest: sizes [SI]. growth, growth_most: at these [1/s].
-        grows: from which size on it is above `SLACK` [SI], interpolated; 0 from the least on, None
-            for nowhere.
+        grows: from which size on it is above `SLACK` [SI]; 0 from the least on, None for nowhere.
     """
 
     controllers: str
@@ -89,18 +92,29 @@ def growth_rows(
         for sign in each.signs:
             growth = np.array([growth_at(loops, each.at(place, sign * size)) for size in its])
             name = each.name if len(each.signs) == 1 else f"{each.name} {'+' if sign > 0 else '-'}"
-            for case, own in zip(loops.cases, growth.T, strict=True):
+            whole = any(one.how is MORE for one in each.changes)
+            for number, (case, own) in enumerate(zip(loops.cases, growth.T, strict=True)):
                 ends = float(its[0]), float(its[-1]), float(own[0]), float(own[-1])
-                grows = crossing(its, own, whole=any(one.how is MORE for one in each.changes))
+                between = partial(_growth_of, loops, place, each, sign, number)
+                grows = crossing(its, own, None if whole else between)
                 rows.append(GrowthRow(loops.name, name, case.name, *ends, grows))
     return rows
 
 
-def crossing(sizes: Array, growth: Array, whole: bool = False) -> float | None:
+def _growth_of(
+    loops: Loops, place: Place, suspect: Suspect, sign: int, case: int, size: float
+) -> float:
+    """Return the growth of one case's loop at a suspect's size [1/s]."""
+    return float(growth_at(loops, suspect.at(place, sign * size))[case])
+
+
+def crossing(sizes: Array, growth: Array, between: Callable[[float], float] | None) -> float | None:
     """Return the size from which on growth (K,) exceeds `SLACK`, 0 for the least, None for none.
 
+    Growth may bend within less than what parts two sizes, so it is asked, not interpolated.
+
     Args:
-        whole: whether sizes are rounded; else what is between two is interpolated.
+        sizes: (K,) rising. between: growth at any size [1/s]; None if sizes are whole numbers.
     """
     grows = growth > SLACK
     if not grows.any():
@@ -108,7 +122,7 @@ def crossing(sizes: Array, growth: Array, whole: bool = False) -> float | None:
     k = int(grows.argmax())
     if k == 0:
         return 0.0
-    if whole:
+    if between is None:
         return float(round(sizes[k]))
-    share = (SLACK - growth[k - 1]) / (growth[k] - growth[k - 1])
-    return float(np.exp(np.log(sizes[k - 1]) + share * np.log(sizes[k] / sizes[k - 1])))
+    ends = np.log(sizes[k - 1]), np.log(sizes[k])
+    return float(np.exp(bisect(lambda log: between(np.exp(log)) - SLACK, *ends, xtol=FINE)))

@@ -57,6 +57,7 @@ MONTE_CARLO = 0.05  # of a log marginal over so many Gaussian draws: some three 
 REPEATS = 6
 IN_BINS = 0.035  # what 32 bins of a smooth function leave in them, and the draws' scatter
 MILD = 1.5  # [1/s] growth that five seconds of a run hardly show
+FOUND = 0.002  # relative: of a size at which growth begins
 RMS_MORE = 1.03  # two per cent, and the luck of so few repeats
 FOR_THE_LINE = TextbookPid(  # COLLOCATED.source, but --trajectory line --hardware bench
     *("line", (603.557, 0.201308, 6.76451), (35.0203, 0.0385488, 0.408484)),  # --generations 60
@@ -432,11 +433,24 @@ def test_growth_over_sizes_on_the_exact_beam() -> None:
     for row in rows:
         assert row.grows is not None and 2e-5 < row.grows < 2e-3
         assert row.growth < SLACK < row.growth_most
-    sizes = np.array([1.0, 10.0, 100.0])
-    assert crossing(sizes, np.array([SLACK - 1, SLACK + 1, 9.0])) == pytest.approx(10**0.5)
-    assert crossing(sizes, np.array([1.0, 0.0, 0.0])) == 0.0
-    assert crossing(sizes, np.zeros(3)) is None
-    assert crossing(np.array([0.43, 0.93, 2.0]), np.array([0.0, 9.0, 9.0]), whole=True) == 1.0
+        before, after = (
+            growth_at(loops, SUSPECTS["lag"].at(BENCH, share * row.grows))[rows.index(row)]
+            for share in (1 - FOUND, 1 + FOUND)
+        )
+        assert before <= SLACK < after
+
+
+def test_a_crossing_is_asked_for_between_two_sizes() -> None:
+    sizes, late = np.array([1.0, 10.0, 100.0]), 95.0
+
+    def bent(size: float) -> float:  # nothing until late, then steep: interpolated, it is at 10.2
+        return 4000.0 * max(size - late, 0.0) / late
+
+    growth = np.array([bent(size) for size in sizes])
+    assert crossing(sizes, growth, bent) == pytest.approx(late, rel=FOUND)
+    assert crossing(sizes, np.array([1.0, 0.0, 0.0]), bent) == 0.0
+    assert crossing(sizes, np.zeros(3), bent) is None
+    assert crossing(np.array([0.43, 0.93, 2.0]), np.array([0.0, 9.0, 9.0]), None) == 1.0
 
 
 def test_a_cause_of_many_suspects_has_no_more_than_one_of_few() -> None:
