@@ -2,10 +2,11 @@
 
 Three readings of the paper's friction, (47) and Table 4. `simulink`: the blocks of Simulink, which
 the paper's words point to, one after the other: Dead Zone, which gives the torque beyond the zone's
-edge *minus* that edge, so that it sets in from nothing, and Coulomb & Viscous Friction, which is
-(47) on what is left. `jump`: beyond its edge the dead zone passes the whole torque to (47), so the
-torque at either joint jumps there by as much as the edge: much of the chaos comes from that.
-`opposing`: the whole torque beyond the edge, and the same numbers oppose the joint's motion.
+edge *minus* that edge, and Coulomb & Viscous Friction, which is (47) on what is left, so that at
+the edge the torque jumps by tau_0: 4.56 N m at joint 1, nothing at joint 2. `jump`: beyond its edge
+the dead zone passes the whole torque to (47), so that it jumps by tau_0 + mu times the edge, at
+joint 2 as well: chaos in the ideal loop comes from that. `opposing`: the whole torque beyond the
+edge, and the same numbers oppose the joint's motion.
 `stribeck` is `opposing` with more of tau_0 the slower a joint moves (Stribeck's curve); `lugre` has
 bristles that bend before a joint slides, a state of their own per joint
 (`flexsim.loop.hardware.bristles`), so that friction holds at rest, breaks away and lags.
