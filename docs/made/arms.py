@@ -6,12 +6,10 @@ python docs/made/arms.py
 from __future__ import annotations
 
 import csv
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from asked import ROOT, row
+from asked import ROOT, own_folder, row, said
 
 STUDIES = {
     "one-link": ("one link, `turn`", ("ideal", "a sample late", "bench")),
@@ -23,11 +21,7 @@ REFERENCE, CHAIN = "assumed-modes", "closed-chain"
 def main() -> None:
     """Print what both studies end with, then the table's rows."""
     for study in STUDIES:
-        command = [sys.executable, "-m", "flexsim", "run", f"{ROOT}/studies/files/{study}.toml"]
-        done = subprocess.run(
-            [*command, "--out", study, "--force"], capture_output=True, text=True, check=True
-        )
-        print(done.stdout)
+        print(said("run", ROOT / "studies" / "files" / f"{study}.toml", "--out", study))
     for study, (title, hardware) in STUDIES.items():
         for first, name in zip((title, *[""] * len(hardware)), hardware, strict=False):
             row(first, name, *_cells(study, name))
@@ -51,4 +45,5 @@ def _cells(study: str, hardware: str) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    main()
+    with own_folder():
+        main()

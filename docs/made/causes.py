@@ -9,7 +9,7 @@ import csv
 import shlex
 from pathlib import Path
 
-from asked import asked, row
+from asked import asked, own_folder, row
 
 from studies.laboratory.causes import FAMILIES, SEVERAL
 from studies.laboratory.suspects import MEASURED, OTHERS
@@ -55,4 +55,5 @@ def percent(share: str | float) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    with own_folder():
+        main()

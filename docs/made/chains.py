@@ -6,10 +6,7 @@ python docs/made/chains.py
 from __future__ import annotations
 
 import numpy as np
-from asked import asked, numbers, row
-
-from flexsim import Parameters
-from flexsim.arm.chain_design import design_chain
+from asked import asked, numbers, own_folder, row
 
 FILES = (  # of the table's columns
     ("--segments", 4),
@@ -62,7 +59,6 @@ def front() -> None:
 
 
 if __name__ == "__main__":
-    quality()
-    front()
-    design = design_chain(Parameters(), 6)
-    print(f"are the beam's own ({numbers(design.frequency[:3], '.5f', 0.5 / np.pi)} Hz, to 1e-11)")
+    with own_folder():
+        quality()
+        front()

@@ -7,10 +7,9 @@ python docs/made/compared.py exudyn
 from __future__ import annotations
 
 import shlex
-import sys
 
 import numpy as np
-from asked import asked, row
+from asked import asked, own_folder, row, run_part
 
 from controllers import TUNED
 from flexsim.loop.hardware import HARDWARE
@@ -58,4 +57,5 @@ def exudyn() -> None:
 
 
 if __name__ == "__main__":
-    {"variations": variations, "exudyn": exudyn}[sys.argv[1]]()
+    with own_folder():
+        run_part({"variations": variations, "exudyn": exudyn})

@@ -11,10 +11,15 @@ import math
 import sys
 from pathlib import Path
 
+from asked import run_part
+
 
 def rows(name: str) -> list[dict[str, str]]:
     """Return the rows of a table of the run."""
-    with Path("run", name).open(encoding="utf-8") as file:
+    path = Path("run", name)
+    if not path.is_file():
+        sys.exit(f"there is no {path}; run this beside the run that wrote it")
+    with path.open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
@@ -44,4 +49,4 @@ def screening() -> None:
 
 
 if __name__ == "__main__":
-    {"pid-question": pid_question, "screening": screening}[sys.argv[1]]()
+    run_part({"pid-question": pid_question, "screening": screening})

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from asked import ROOT, asked, numbers, row
+from asked import ROOT, asked, numbers, own_folder, row
 
 DEFAULT = (ROOT / "models" / "chain6.xml").read_text(encoding="utf-8")
 TIP = '<site name="tip" pos="0.03469 0 0"/>'
@@ -61,4 +61,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with own_folder():
+        main()

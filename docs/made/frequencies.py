@@ -5,6 +5,7 @@ python docs/made/frequencies.py
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from asked import numbers
 from controllers import TUNED_ARMS, textbook_pid
 from flexsim import Parameters, Robot
 from flexsim.arm.chain_design import design_chain
+from flexsim.arm.free_arm import clamped_frequencies
 from flexsim.linear.exact_loop import exact_growth, exact_loops
 from flexsim.loop.control.stacking import stack
 from flexsim.numerics.clocks import PERIOD
@@ -35,7 +37,12 @@ def undamped(robot: Robot) -> Robot:
 def main() -> None:
     """Print the sentences."""
     design = design_chain(Parameters(), 6)
-    print(f"are the beam's own ({numbers(design.frequency[:3], '.5f', 0.5 / np.pi)} Hz, to 1e-11)")
+    own = clamped_frequencies(Parameters(), 3)
+    apart = np.abs(design.frequency[:3] / own - 1).max()
+    print(
+        f"are the beam's own ({numbers(design.frequency[:3], '.5f', 0.5 / np.pi)} Hz, to "
+        f"1e{math.ceil(math.log10(apart))})"
+    )
     robot = Robot.named("two-flexible")
     filters = TUNED_ARMS["two-flexible"].filters(PERIOD)
     late = (0, 1, 2)
@@ -53,11 +60,11 @@ def main() -> None:
     for kd in DESIGNED:
         joint2 = textbook_pid(kp=kd, ki=0.0, kd=kd, period=PERIOD, filter_time=0.003)
         found.append(growth(bare, (filters[0], joint2), (1,)))
-    if found[0] <= 0:
-        print(
-            f"hold up to a gain kd of 0.02 N m s/rad and grow with 0.03 at {found[1]:.1f}, with "
-            f"0.1 at {found[2]:.0f} 1/s"
-        )
+    held = "hold up to" if found[0] <= 0 else f"grow at {found[0]:.1f} 1/s from"
+    print(
+        f"{held} a gain kd of {DESIGNED[0]:g} N m s/rad and grow with {DESIGNED[1]:g} at "
+        f"{found[1]:.1f}, with {DESIGNED[2]:g} at {found[2]:.0f} 1/s"
+    )
 
 
 if __name__ == "__main__":

@@ -6,20 +6,18 @@ python docs/made/methods.py
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 
-from asked import row
+from asked import own_folder, row, said
+
+from flexsim import setting
 
 FREE = ["--free", "friction.tau_0_1,friction.mu_2", "--setting", "opposing"]
 MOVES = ["--torques", "9", "2", "--v-most", "0.08", "--theta1-range", "-2", "2", "--duration", "4"]
-ROWS = {"friction.tau_0_1": ("N m", "4.56"), "friction.mu_2": ("N m s/rad", "1.0231")}
-
-
-def said(*words: str) -> str:
-    """Return what a command prints."""
-    command = [sys.executable, "-m", "flexsim", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+TRUE = setting("opposing").friction
+ROWS = {
+    "friction.tau_0_1": ("N m", TRUE.tau_0[0]),
+    "friction.mu_2": ("N m s/rad", TRUE.mu[1]),
+}
 
 
 def main() -> None:
@@ -43,4 +41,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with own_folder():
+        main()

@@ -8,11 +8,10 @@ python docs/made/searches.py shares         # of v in the index (5)
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 
 import numpy as np
-from asked import asked, row
+from asked import asked, own_folder, row, run_part
 
 from controllers import TUNED_IDEAL
 from flexsim import Robot, closed_loop, reference, setting, trajectory
@@ -101,4 +100,5 @@ def shares() -> None:
 
 
 if __name__ == "__main__":
-    {"robustness": robustness, "peers": peers, "shares": shares}[sys.argv[1]]()
+    with own_folder():
+        run_part({"robustness": robustness, "peers": peers, "shares": shares})

@@ -7,10 +7,8 @@ python docs/made/taps.py ours        # of our own, in the ideal loop
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
-from asked import numbers, row
+from asked import numbers, row, run_part
 
 from controllers import TABLE_2, TUNED_IDEAL, fractional_pid
 from flexsim import Robot
@@ -130,4 +128,4 @@ def ours() -> None:
 
 
 if __name__ == "__main__":
-    {"gains": gains, "table-2": of_table_2, "ours": ours}[sys.argv[1]]()
+    run_part({"gains": gains, "table-2": of_table_2, "ours": ours})

@@ -12,6 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
+import comparing  # noqa: E402
 import reproduce  # noqa: E402
 
 ITEMS = reproduce.items()
@@ -27,6 +28,7 @@ DOCUMENTS = sorted(
 )
 FEW = 4  # numbers in a block that need no source
 DIGITS = 3  # of numbers in the text that need one
+LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")
 MATHS = re.compile(r"\$[^$]*\$")
 YEAR = re.compile(r"(19|20)\d\d")
 BLOCK = ["line   5.3 [5.1, 5.5]   17 of 20", "circle   14.5 [14.2, 14.7]   20 of 20"]
@@ -39,7 +41,11 @@ def of(printed: list[str], **item: Any) -> reproduce.Found:
 @pytest.mark.parametrize("name", ITEMS)
 def test_every_item_has_its_place_and_a_cost(name: str) -> None:
     item = ITEMS[name]
-    assert item["minutes"] > 0 and item["command"].startswith(("flexsim ", "python docs/made/"))
+    asked = [reproduce.asked_by(each) for each in ITEMS.values()]
+    first = list(ITEMS)[asked.index(reproduce.asked_by(item))] == name
+    assert (item["minutes"] > 0) if first else "minutes" not in item
+    assert item["command"].startswith(("flexsim ", "python docs/made/"))
+    assert item.get("prose", ["?"]) and item.get("said", ["?"])
     for words in reproduce.words_of(item):
         assert words in reproduce.text_of(item["document"])
         assert reproduce.NUMBER.search(words)
@@ -47,10 +53,15 @@ def test_every_item_has_its_place_and_a_cost(name: str) -> None:
         assert len(reproduce.block_of(item)) > 1
 
 
-def remade(document: str) -> set[str]:
-    """Return the lines of a document that an item makes again."""
+def remade(document: str, skipped: bool = False) -> set[str]:
+    """Return the lines of a document that an item makes again and compares, or does not."""
     mine = [item for item in ITEMS.values() if item["document"] == document and "begins" in item]
-    return {line for item in mine for line in reproduce.block_of(item)}
+    return {
+        line
+        for item in mine
+        for line in reproduce.block_of(item)
+        if skipped or not any(part in line for part in item.get("skip", []))
+    }
 
 
 def given(document: str, what: str) -> list[str]:
@@ -64,7 +75,7 @@ def counted(lines: list[str]) -> int:
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_every_block_of_numbers_has_a_source(document: str) -> None:
     """Of an item, or one of those that cannot be made again, for a reason."""
-    known, exempt = remade(document), given(document, "blocks")
+    known, exempt = remade(document, skipped=True), given(document, "blocks")
     for block in reproduce.blocks(document):
         of_none = [line for line in block if line.strip() and line not in known]
         title = block[0].startswith("|") and len(of_none) < len(block) and of_none == block[:2]
@@ -79,25 +90,34 @@ def significant(number: str) -> str:
     return re.sub(r"\D", "", number.partition("e")[0]).lstrip("0")
 
 
+def linked(document: str, paragraph: str) -> list[str]:
+    """Return the documents that a paragraph links to."""
+    here = (ROOT / document).parent
+    targets = [(here / each).resolve() for each in LINK.findall(paragraph)]
+    pages = [each / "README.md" if each.is_dir() else each for each in targets]
+    return [each for each in DOCUMENTS if ROOT / each in pages]
+
+
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_every_number_in_the_text_has_a_source(document: str) -> None:
-    """It stands in a block that is made again, in a sentence that is, or is said where it is of."""
-    lines = {line for each in DOCUMENTS for line in remade(each)}
-    blocks = {number for line in lines for number in reproduce.NUMBER.findall(line)}
+    """In a block of this document, or of one that the paragraph links to; or said, or exempt."""
+    blocks = {each: reproduce.NUMBER.findall(" ".join(remade(each))) for each in DOCUMENTS}
     mine = [item for item in ITEMS.values() if item["document"] == document]
     said = [words for item in mine for words in reproduce.words_of(item)]
-    known = blocks | {number for each in said for number in reproduce.NUMBER.findall(each)}
+    known = {*blocks[document], *reproduce.NUMBER.findall(" ".join(said))}
     known |= {number for item in mine for number in item.get("prose", [])}
-    text = MATHS.sub("", reproduce.text_of(document))
-    unknown = [
-        number
-        for number in reproduce.NUMBER.findall(text)
-        if len(significant(number)) >= DIGITS
-        and not YEAR.fullmatch(number)
-        and number not in known
-        and number not in given(document, "numbers")
-    ]
-    assert not unknown
+    known |= set(given(document, "numbers"))
+    for paragraph in reproduce.paragraphs(document):
+        quoted = known.union(*(blocks[each] for each in linked(document, paragraph)))
+        own = {comparing.value(each) for each in quoted}
+        unknown = [
+            number
+            for number in reproduce.NUMBER.findall(MATHS.sub("", reproduce.plain(paragraph)))
+            if len(significant(number)) >= DIGITS
+            and not YEAR.fullmatch(number)
+            and comparing.value(number) not in own
+        ]
+        assert not unknown, paragraph
 
 
 def test_what_cannot_be_made_again_is_there_and_has_a_reason() -> None:
@@ -133,6 +153,53 @@ def test_numbers_are_the_same_inside_moved_or_left() -> None:
     assert found.holds and found.moved[0].startswith("17 -> 18")
 
 
+@pytest.mark.parametrize("now", ["diverged", "nan [nan, nan]", "inf", "-"])
+def test_a_number_that_is_none_any_more_has_left(now: str) -> None:
+    found = of([f"line   {now}   17 of 20", BLOCK[1]])
+    assert not found.holds and "5.3" in (found.left + found.missing)[0]
+
+
+def test_a_number_without_interval_that_is_none_any_more_has_moved() -> None:
+    found = reproduce.compared(["line 5.3 17"], ["line diverged 17"], {})
+    assert found.holds and found.moved == ["line 5.3 17 -> line diverged 17"]
+
+
+def test_a_number_too_many_and_other_words_have_moved() -> None:
+    found = reproduce.compared(["line 5.3 17"], ["line 5.3 999 17"], {})
+    assert (found.same, found.moved) == (2, ["line 5.3 17 -> line 5.3 999 17"])
+    found = reproduce.compared(["all 5 loops hold"], ["all 5 loops fail"], {})
+    assert (found.same, found.moved) == (1, ["all 5 loops hold -> all 5 loops fail"])
+
+
+def test_rows_of_one_shape_are_told_apart_by_their_order() -> None:
+    block = ["ideal", "line 5.4 [5.3, 5.5]", "jump", "line 7.4 [7.3, 7.5]", "end"]
+    assert reproduce.compared(block, block, {}).same == 6
+    exchanged = [block[0], block[3], block[2], block[1], block[4]]
+    assert len(reproduce.compared(block, exchanged, {}).left) == 2
+    for gone in (1, 3):
+        found = reproduce.compared(block, block[:gone] + block[gone + 1 :], {})
+        assert found.missing == [block[gone]] and found.same == 3
+    assert reproduce.compared(block, ["title", *block, *block[:2]], {}).same == 6
+
+
+def test_intervals_of_any_form_are_read() -> None:
+    def left(line: str, now: str) -> bool:
+        return bool(reproduce.compared(line.split("\n"), now.split("\n"), {}).left)
+
+    assert left("a 2.5 [1.0, ?]", "a 0.9 [1.0, ?]") and not left("a 2.5 [1.0, ?]", "a 9 [1.0, ?]")
+    wrapped = "a 3.35 [3.31,  0.5 [0.4,  10\n       3.42]      0.6],"
+    assert not left(wrapped, wrapped.replace("3.35", "3.40"))
+    assert left(wrapped, wrapped.replace("3.35", "3.43"))
+    assert left(wrapped, wrapped.replace("0.5 [", "0.61 ["))
+    assert left("a −0.5 [−0.6, −0.4]", "a 0.5 [−0.6, −0.4]")
+
+
+def test_what_is_a_number() -> None:
+    text = "chain:6 at 1,234.5, -2e-3, x1.1, −0.5 and 7."
+    assert reproduce.NUMBER.findall(text) == ["1,234.5", "-2e-3", "1.1", "−0.5", "7"]
+    assert reproduce.NUMBER.findall("12.5mm, 1.2.3, chain6, 5us") == []  # so words, which may move
+
+
 def test_a_line_that_is_gone_is_named_unless_it_is_the_machines() -> None:
     assert of([BLOCK[0]]).missing == [BLOCK[1]]
     assert of([BLOCK[0]], skip=["circle"]).holds
@@ -151,7 +218,6 @@ def test_a_number_in_a_name_is_a_part_of_it() -> None:
     block = ["untuned:5   1   17", "untuned:6   1   17"]
     found = reproduce.compared(block[1:], block, {})
     assert (found.same, found.moved) == (2, [])
-    assert reproduce.NUMBER.findall("chain:6 at 1,234.5, -2e-3 and 7.") == ["1,234.5", "-2e-3", "7"]
 
 
 def test_a_line_that_the_document_wraps_is_one() -> None:
@@ -164,6 +230,14 @@ def test_a_line_that_the_document_wraps_is_one() -> None:
     assert reproduce.compared(block, printed, {}).same == 3
     other = [printed[0], printed[1].replace("to 3", "to 4"), printed[2]]
     assert len(reproduce.compared(block, other, {}).moved) == 1
+
+
+def test_what_is_said_is_printed_with_its_interval() -> None:
+    words = ["5.3 [5.1, 5.5] mm, 17 of 20"]
+    assert reproduce.in_words(words, BLOCK).same == 5
+    other = [BLOCK[0].replace("5.1", "5.0"), "5.1 5.5"]  # each number is there, not together
+    assert reproduce.in_words(words, other).missing[0].startswith("5.3 [5.1, 5.5] is not printed")
+    assert len(reproduce.in_words(words, [""]).missing) == 3
 
 
 @pytest.fixture
@@ -256,17 +330,75 @@ def test_what_fails_is_said_and_the_rest_goes_on(
     assert rows[-1][-2:] == ["failed", "page.md"] and rows[1][-2:] == ["0", "page.md"]
 
 
+@pytest.mark.parametrize("name", ["words", "sentence", "table"])
+def test_a_command_that_prints_nothing_does_not_hold(own: Path, name: str) -> None:
+    assert not reproduce.found_of(reproduce.items()[name], [""]).holds
+
+
+def test_an_item_without_a_number_does_not_hold(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = OWN.replace('prose = ["0.25", "7.5"]', "prose = []").replace("echo 'It", "true 'It")
+    (own / "published.toml").write_text(text.replace("; echo 'ended", "; true 'ended"))
+    assert reproduce.main(["sentence", "--out", str(own / "runs")]) == 1
+    assert "sentence missing: no number was compared" in capsys.readouterr().out
+
+
 def test_what_was_printed_is_kept_and_resumed(own: Path) -> None:
     out = str(own / "runs")
     assert reproduce.main(["table", "--out", out]) == 0
     kept = own / "runs" / "table" / "printed.txt"
     kept.write_text(kept.read_text().replace("1.5", "2.5"), encoding="utf-8")
-    items = reproduce.items()
-    assert reproduce.printed_by(items["table"], kept.parent, True)[0][0] == "| one | 2.5 |"
-    assert reproduce.printed_by(items["table"], kept.parent, False)[0][0] == "| one | 1.5 |"
-    older = kept.read_text().replace("by sources ", "by sources f")
-    kept.write_text(older.replace("1.5", "2.5"), encoding="utf-8")
-    assert reproduce.printed_by(items["table"], kept.parent, True)[0][0] == "| one | 1.5 |"
+    item = reproduce.items()["table"]
+    assert reproduce.printed_by(item, kept.parent, True)[0][0] == "| one | 2.5 |"
+    assert reproduce.printed_by(item, kept.parent, False)[0][0] == "| one | 1.5 |"
+    kept.write_text(kept.read_text().replace("1.5", "2.5"), encoding="utf-8")
+    (own / "docs" / "made").mkdir(parents=True)
+    (own / "docs" / "made" / "one.py").write_text("")  # another source
+    assert reproduce.printed_by(item, kept.parent, True)[0][0] == "| one | 1.5 |"
+
+
+def test_a_file_that_is_read_before_is_a_source(own: Path) -> None:
+    item = {"before": ["cat {root}/page.md"], "command": "true"}
+    before = reproduce._made_of(item)
+    (own / "page.md").write_text("other")
+    assert reproduce._made_of(item) != before
+    assert reproduce._made_of({**item, "before": ["cp {root}/page.md x"]}) != before
+
+
+def test_a_root_with_a_space_is_one_word(
+    own: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    root = tmp_path / "a b"
+    root.mkdir()
+    (root / "page.md").write_text("7")
+    monkeypatch.setattr(reproduce, "ROOT", root)
+    item = {"before": ["cp {root}/page.md ."], "command": "cat page.md {root}/page.md", "out": ""}
+    assert reproduce.printed_by(item, tmp_path / "c d", False)[0] == ["77"]
+
+
+def test_what_cannot_be_is_said_in_a_line(own: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (own / "file").write_text("")
+    assert reproduce.main(["table", "--out", str(own / "file")]) == 1
+    assert "table failed: [Errno 20] Not a directory" in capsys.readouterr().out
+    for wrong in (["nonsense"], ["--quick", "table"]):
+        with pytest.raises(SystemExit):
+            reproduce.main(wrong)
+
+
+def test_an_interrupted_run_shows_what_was_done(
+    own: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran = reproduce.printed_by
+
+    def interrupted(item: Any, *how: Any) -> Any:
+        if "12 0.25" in item["command"]:
+            raise KeyboardInterrupt
+        return ran(item, *how)
+
+    monkeypatch.setattr(reproduce, "printed_by", interrupted)
+    assert reproduce.main(["table", "words", "--out", str(own / "runs")]) == 130
+    assert capsys.readouterr().out.rstrip().split("\n")[-1].startswith("table ")
 
 
 def test_the_quick_subset_is_as_published(
