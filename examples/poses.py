@@ -57,8 +57,14 @@ class PoseRow:
 
 
 def frequencies(plant: Plant, theta2: float) -> Array:
-    """Return the first frequencies (3,) with both joints free [Hz]."""
+    """Return the first frequencies (3,) with both joints free [Hz].
+
+    Raises:
+        ParameterError: the model has not as many.
+    """
     linear = plant.linearised(theta2)
+    if len(linear.M) < 2 + MODES:
+        raise ParameterError(f"{plant.name} has fewer than {MODES} modes; take a finer model")
     squared, _ = natural_modes(linear.K, linear.M)
     found: Array = np.sqrt(squared[2 : 2 + MODES]) / (2 * np.pi)  # the first two are the joints
     return found

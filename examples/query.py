@@ -46,4 +46,8 @@ if __name__ == "__main__":
     if not recording.is_file():
         sys.exit(f"there is no {recording}; make one with flexsim compare")
     for name in sys.argv[2:] or ("tuned_line", "tuned_two-loop", "tuned_circle"):
-        print(name, {key: round(value, 4) for key, value in apart(recording, name).items()})
+        try:
+            found = apart(recording, name)
+        except Exception as error:  # of the readers: no recording, or none of that case
+            sys.exit(f"{recording}: no curves of {name} in it: {error}")
+        print(name, {key: round(value, 4) for key, value in found.items()})

@@ -20,8 +20,18 @@ from requests.adapters import HTTPAdapter
 from rocrate_validator import services
 from rocrate_validator.models import Severity, ValidationSettings
 
-CONTEXT = Path(rocrate.__file__).parent / "data" / "ro-crate.jsonld"  # ships with that library
-FETCHED = "/ro/crate/"  # in the address of what may be asked for
+SHIPPED = Path(rocrate.__file__).parent / "data" / "ro-crate.jsonld"  # of a later specification
+FETCHED = "/ro/crate/1.1/context"  # in the address of what may be asked for
+YOUNGER = ("sha256",)  # words that ours uses and 1.1 has not: its schema.org is of version 10
+
+
+def context() -> dict[str, object]:
+    """Return what stands for the context of 1.1: what ships, without the younger words."""
+    found: dict[str, object] = json.loads(SHIPPED.read_text(encoding="utf-8"))
+    words = found["@context"]
+    assert isinstance(words, dict)
+    found["@context"] = {name: of for name, of in words.items() if name not in YOUNGER}
+    return found
 
 
 def _answer(adapter: HTTPAdapter, request: PreparedRequest, **_: object) -> Response:
@@ -30,14 +40,14 @@ def _answer(adapter: HTTPAdapter, request: PreparedRequest, **_: object) -> Resp
     response = Response()
     response.status_code, response.url, response.request = 200, str(request.url), request
     response.headers["Content-Type"] = "application/ld+json"
-    response.raw = io.BytesIO(CONTEXT.read_bytes())
+    response.raw = io.BytesIO(json.dumps(context()).encode())
     return response
 
 
 def _context(source: object, *_: object, **__: object) -> tuple[object, None]:
     """Return the context to the reader of JSON-LD, which does not ask by requests."""
     assert FETCHED in str(source), f"{source} would be fetched"
-    return json.loads(CONTEXT.read_text(encoding="utf-8")), None
+    return context(), None
 
 
 def issues(folder: Path) -> list[str]:

@@ -79,7 +79,7 @@ def main() -> int:
     kernel = other()
     if kernel is None:
         print(f"no second kernel of {', '.join(KERNELS)} beside {chosen()} runs here: skipped")
-        return 0
+        return int(bool(os.environ.get("FLEXSIM_ALL_TESTS")))
     print(f"under {kernel} instead of {chosen()}, numpy without {wide_features() or 'nothing'}")
     command = [sys.executable, "-m", "pytest", *sys.argv[1:]]
     return subprocess.run(command, env=environment(kernel, narrow=True)).returncode

@@ -3,9 +3,11 @@
 numba's own cache looks only at the file that holds a function, not at those it calls; a folder
 per digest of the package means that an edit anywhere recompiles everything, and nothing stale
 runs. What is cached is code, loaded without a question: so the folder is this user's alone, and
-where there can be none (`private`), every process compiles for itself. Code for a plant that is not
-ours, whose sources the digest does not have, is not kept. `NUMBA_DISABLE_JIT=1` turns the compiler
-off, for debugging the assumed-modes plant; `NUMBA_CACHE_DIR` names another folder.
+where there can be none (`private`), every process compiles for itself. Code of other people, or for
+a plant of theirs, whose sources the digest does not have, is not kept; what studies compile is,
+since it calls only what is in its own file, which numba looks at, and in the package.
+`NUMBA_DISABLE_JIT=1` turns the compiler off, for debugging the assumed-modes plant;
+`NUMBA_CACHE_DIR` names another place for such folders, from which none is dropped.
 """
 
 from __future__ import annotations
@@ -112,9 +114,8 @@ def _caches(home: Path) -> Iterator[Path]:
 
 def _cached() -> bool:
     """Return whether what is compiled can be kept, after having told numba where."""
-    if os.environ.get("NUMBA_CACHE_DIR"):  # the user's own choice
-        return True
-    folder = cache_folder(sources_digest())
+    digest, chosen = sources_digest(), os.environ.get("NUMBA_CACHE_DIR")
+    folder = Path(chosen, digest) if chosen else cache_folder(digest)
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     return folder is not None
@@ -122,6 +123,7 @@ def _cached() -> bool:
 
 CACHED = _cached()
 OURS = __name__.partition(".")[0]  # the package that the digest is of
+KEPT = (OURS, "studies")  # whose functions are kept
 
 
 def is_ours(of: Any) -> bool:
@@ -146,7 +148,8 @@ class _Cache(FunctionCache):
 def _compiled(function: Callable[..., Any], **how: Any) -> Callable[..., Any]:
     """Return the function compiled without Python objects, with IEEE division, cached on disk."""
     found = numba.njit(error_model="numpy", nogil=True, **how)(function)
-    if CACHED and hasattr(found, "_cache"):  # not where the compiler is off
+    known = function.__module__.partition(".")[0] in KEPT
+    if CACHED and known and hasattr(found, "_cache"):  # not where the compiler is off
         found._cache = _Cache(function)  # type: ignore[no-untyped-call]
     return found
 

@@ -25,7 +25,7 @@ from flexsim.files.cleanup import committing, undone
 from flexsim.files.reading import MIB, read_text
 from flexsim.files.scratch import NEW, OLD, scratch
 from flexsim.numerics.machine import machine
-from studies.core.folders.crate import write_crate
+from studies.core.folders.crate import published, write_crate
 from studies.core.folders.marker import is_unfinished, require_ours, sign
 from studies.core.table import Table
 from studies.core.version import sources, version
@@ -50,9 +50,11 @@ def run_folder(
         unfinished: whether the run goes on after the block, and may be continued if it is killed.
 
     Raises:
-        RunError: `out` exists and may not be replaced, or cannot be written.
+        RunError: `out` exists and may not be replaced, or cannot be written; or the environment
+            has a time that is none.
     """
     require_free(out, force)
+    published()  # refused before the work
     with _beside(out) as private:
         with _spoken_of_as(out, private / NEW):
             yield private / NEW

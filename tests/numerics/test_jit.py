@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import importlib
 import os
 import pwd
 import stat
@@ -202,3 +203,66 @@ def test_a_command_runs_without_any_cache(home: Path, fallback: Path) -> None:
     code = "from flexsim.numerics.jit import CACHED; print(CACHED)"
     with process([sys.executable, "-c", code], env={**environment, "HOME": "/dev/null"}) as started:
         assert started.communicate(timeout=PATIENCE) == ("False\n", "")
+
+
+def test_code_of_others_is_not_kept_however_it_is_called(own: Path, tmp_path: Path) -> None:
+    """A plant of somebody's in two files: an edit of the one that is called is seen."""
+    (tmp_path / "helper.py").write_text(HELPER.format(0))
+    (tmp_path / "plant.py").write_text(CALLER)
+    environment = {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "PATH": os.defpath}
+    environment["HOME"] = str(own.parents[1])
+
+    def called() -> str:
+        with process([sys.executable, tmp_path / "plant.py"], env=environment) as started:
+            out, err = started.communicate(timeout=PATIENCE)
+            assert (started.returncode, err) == (0, "")
+            return out
+
+    assert called() == "2.0\n"
+    (tmp_path / "helper.py").write_text(HELPER.format(100))
+    assert called() == "102.0\n"
+    assert not list(own.rglob("*.nb?"))
+
+
+HELPER = """from flexsim.numerics.jit import jit
+
+@jit
+def twice(x):
+    return 2.0 * x + {}
+"""
+CALLER = """from helper import twice
+
+from flexsim.numerics.jit import jit
+
+@jit
+def called(x):
+    return twice(x)
+
+print(called(1.0))
+"""
+
+
+def test_a_folder_of_the_users_choice_has_one_per_digest(tmp_path: Path) -> None:
+    code = "from flexsim.numerics.jit import CACHED; import numba; print(numba.config.CACHE_DIR)"
+    environment = {"PYTHONPATH": str(ROOT), "PATH": os.defpath, "NUMBA_CACHE_DIR": str(tmp_path)}
+    with process([sys.executable, "-c", code], env=environment) as started:
+        out, _ = started.communicate(timeout=PATIENCE)
+    assert out == f"{tmp_path / sources_digest()}\n"
+
+
+def test_what_studies_compile_calls_nothing_of_another_file_of_theirs() -> None:
+    """So that numba, which looks at the one file, sees every edit that the digest does not."""
+    users = [path for path in (ROOT / "studies").rglob("*.py") if "jit import jit" in text(path)]
+    assert len(users) >= 3
+    for path in users:
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        module = importlib.import_module(name)
+        compiled = {
+            key: of.py_func.__module__ for key, of in vars(module).items() if hasattr(of, "py_func")
+        }
+        theirs = {of for of in compiled.values() if of.startswith("studies.")}
+        assert compiled and theirs <= {name}
+
+
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")

@@ -12,6 +12,7 @@ import pytest
 from crates import issues
 from quick_run import QuickRun
 
+from flexsim.errors import RunError
 from studies.core.carry_out import Study
 from studies.core.folders.crate import CRATE, crate_of
 from studies.main import COMMANDS, main
@@ -48,6 +49,8 @@ def test_a_crate_that_is_not_valid_is_found(ladder: Path, tmp_path: Path) -> Non
     said = " ".join(issues(broken))
     assert "rows.csv" in said
     text = (broken / CRATE).read_text(encoding="utf-8")
+    (broken / CRATE).write_text(text.replace('"sha256": "http', '"sha512": "http'))
+    assert '"sha256" are not allowed' in " ".join(issues(broken))
     (broken / CRATE).write_text(text.replace('"datePublished": "2', '"datePublished": "x'))
     assert "datePublished" in " ".join(issues(broken))
 
@@ -59,6 +62,17 @@ def test_a_run_of_a_study_file_and_a_tuning_are_crates(tmp_path: Path) -> None:
     assert main(["tune", *words, "--out", str(tmp_path / "tuned")]) == 0
     for name in ("mine", "tuned"):
         assert issues(tmp_path / name) == []
+    graph = json.loads((tmp_path / "mine" / CRATE).read_text(encoding="utf-8"))["@graph"]
+    (action,) = (each for each in graph if each["@type"] == "CreateAction")
+    read, made = ({part["@id"] for part in action[of]} for of in ("object", "result"))
+    assert {"config.json", "study.toml"} <= read and "results.parquet" in made and not read & made
+
+
+def test_a_time_that_is_none_is_refused(ladder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for wrong in ("99999999999999", "soon"):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", wrong)
+        with pytest.raises(RunError, match=f"SOURCE_DATE_EPOCH is '{wrong}'; give whole seconds"):
+            crate_of(ladder, {})
 
 
 def studies_with_folders() -> list[str]:

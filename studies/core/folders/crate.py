@@ -26,8 +26,10 @@ from flexsim.files.atomic import write_text
 
 CRATE = "ro-crate-metadata.json"
 SPECIFICATION = "https://w3id.org/ro/crate/1.1"
+SHA256 = {"sha256": "http://schema.org/sha256"}  # younger than the specification's own words
+INPUTS = "inputs"  # a folder of what was read
 LICENCE = "https://spdx.org/licenses/MIT"
-CONFIG = "config.json"
+CONFIG, STUDY = "config.json", "study.toml"
 BLOCK = 1 << 20
 FORMATS = {  # that Python's own table does not know, or not everywhere
     ".csv": "text/csv",
@@ -44,7 +46,7 @@ MEANINGS = {
     "results.csv": "every number in SI units, a row a case",
     "results.parquet": "every run, units in the schema's metadata",
     "run.rrd": "recording for the rerun viewer",
-    "study.toml": "the study with every name and default replaced by its numbers",
+    STUDY: "the study with every name and default replaced by its numbers",
 }
 
 
@@ -65,6 +67,7 @@ def crate_of(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the metadata of a folder, given what its config.json says."""
     files = [_file(folder, path) for path in _files(folder)]
     parts = [{"@id": each["@id"]} for each in files]
+    asked = [each for each in parts if each["@id"].partition("/")[0] in (CONFIG, STUDY, INPUTS)]
     command = " ".join(config.get("command", ["flexsim"]))
     version = config.get("machine", {}).get("version", "unknown")
     name = config.get("question") or f"A run of {command}"
@@ -73,7 +76,7 @@ def crate_of(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
         "@type": "Dataset",
         "name": name,
         "description": config.get("answer") or f"What {command} wrote.",
-        "datePublished": _now().isoformat(timespec="seconds"),
+        "datePublished": published().isoformat(timespec="seconds"),
         "license": {"@id": LICENCE},
         "hasPart": parts,
         "mentions": {"@id": "#run"},
@@ -83,8 +86,8 @@ def crate_of(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
         "@type": "CreateAction",
         "name": command,
         "instrument": {"@id": "#flexsim"},
-        "object": {"@id": CONFIG},
-        "result": parts,
+        "object": asked,
+        "result": [each for each in parts if each not in asked],
         "endTime": root["datePublished"],
     }
     software = {
@@ -110,7 +113,7 @@ def crate_of(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
         "about": {"@id": "./"},
     }
     graph = [about, root, *files, action, software, licence]
-    return {"@context": f"{SPECIFICATION}/context", "@graph": graph}
+    return {"@context": [f"{SPECIFICATION}/context", SHA256], "@graph": graph}
 
 
 def _files(folder: Path) -> list[Path]:
@@ -134,7 +137,7 @@ def _file(folder: Path, path: Path) -> dict[str, Any]:
     return {
         "@id": quote(path.as_posix(), errors="surrogateescape"),
         "@type": "File",
-        "name": path.as_posix(),
+        "name": os.fsencode(path.as_posix()).decode(errors="replace"),
         **({"description": MEANINGS[path.name]} if path.name in MEANINGS else {}),
         "encodingFormat": format_ or "application/octet-stream",
         "contentSize": str(size),
@@ -142,9 +145,18 @@ def _file(folder: Path, path: Path) -> dict[str, Any]:
     }
 
 
-def _now() -> datetime:
-    """Return the time, or what SOURCE_DATE_EPOCH says it is, for the same bytes again."""
-    given = os.environ.get("SOURCE_DATE_EPOCH", "")
-    if given.isdecimal():
+def published() -> datetime:
+    """Return the time, or what SOURCE_DATE_EPOCH says it is, for the same bytes again.
+
+    Raises:
+        RunError: that is no time.
+    """
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    if not given:
+        return datetime.now(UTC)
+    try:
         return datetime.fromtimestamp(int(given), UTC)
-    return datetime.now(UTC)
+    except (ValueError, OverflowError, OSError):
+        raise RunError(
+            f"SOURCE_DATE_EPOCH is {given!r}; give whole seconds since 1970, or unset it"
+        ) from None
