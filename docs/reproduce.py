@@ -156,7 +156,7 @@ def printed_by(
 def _made_of(item: Mapping[str, Any]) -> str:
     """Return a digest of all that decides what an item prints."""
     digest = hashlib.sha256(f"{sources()} {item.get('before')}".encode())
-    own = [path for pattern in DECIDE for path in ROOT.glob(pattern)]
+    own = [path for pattern in DECIDE for path in ROOT.glob(pattern) if path.is_file()]
     read = [ROOT / path for each in item.get("before", []) for path in READ.findall(each)]
     for path in sorted({*own, *read}):
         digest.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())

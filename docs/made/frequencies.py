@@ -60,7 +60,7 @@ def main() -> None:
     for kd in DESIGNED:
         joint2 = textbook_pid(kp=kd, ki=0.0, kd=kd, period=PERIOD, filter_time=0.003)
         found.append(growth(bare, (filters[0], joint2), (1,)))
-    held = "hold up to" if found[0] <= 0 else f"grow at {found[0]:.1f} 1/s from"
+    held = "hold with" if found[0] <= 0 else f"grow at {found[0]:.1f} 1/s with"
     print(
         f"{held} a gain kd of {DESIGNED[0]:g} N m s/rad and grow with {DESIGNED[1]:g} at "
         f"{found[1]:.1f}, with {DESIGNED[2]:g} at {found[2]:.0f} 1/s"
