@@ -5,8 +5,8 @@
 Each joint is controlled on its own angle, where its motor is. Found by the search that found
 `controllers.tuned`, with as many individuals, for the two-loop; joint 1's gains are 0.8 times what
 it found, so that on each path of the paper's figures both torques together vary less in all than
-those of `TUNED`, and are no larger in rms together but for two per cent (joint 2's alone is). It serves every trajectory. An
-outcome of a random search, nothing optimal.
+those of `TUNED`, and are no larger in rms together but for two per cent (joint 2's alone is). It
+serves every trajectory. An outcome of a random search, nothing optimal.
 """
 
 from collections.abc import Sequence
