@@ -20,6 +20,7 @@ PATIENCE = 300.0  # [s] for a command that compiles everything anew
 PACKAGES = ("flexsim", "controllers", "studies", "models")
 
 SHIPPED = (".py", ".xml", ".c", ".html", ".css", ".js", ".toml")
+FREQUENCIES = [3.337288582, 20.914430540, 58.561011112]  # [Hz] of the clamped beam, from (15)
 OFFLINE = ("No matching distribution", "Connection", "Max retries", "Network", "resolution")
 
 
@@ -82,9 +83,18 @@ def test_it_runs_from_an_empty_folder(fresh: Path, tmp_path: Path) -> None:
     assert version == f"flexsim {importlib.metadata.version('flexsim')}"  # of no commit
     assert Path(models.removeprefix("models: ")).is_relative_to(fresh.parent)
     assert "compare" in ran(fresh / "python", "-m", "flexsim", "--help", folder=tmp_path)
+    found = json.loads(ran(fresh / "flexsim", "modes", "--json", folder=tmp_path))
+    models = [found["clamped_hz"][name] for name in ("assumed_modes", "chain")]
+    assert models[0] == pytest.approx(FREQUENCIES, rel=1e-6)
+    assert models[1] == pytest.approx(FREQUENCIES, rel=1e-6)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_its_models_agree(fresh: Path, tmp_path: Path) -> None:
+    """By all that is compiled, anew."""
     found = json.loads(ran(fresh / "flexsim", "crosscheck", "--json", folder=tmp_path))
     assert found["ok"] and len(found["rungs"]) > 5
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
