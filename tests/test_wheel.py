@@ -21,7 +21,7 @@ PACKAGES = ("flexsim", "controllers", "studies", "models")
 
 SHIPPED = (".py", ".xml", ".c", ".html", ".css", ".js", ".toml")
 FREQUENCIES = [3.337288582, 20.914430540, 58.561011112]  # [Hz] of the clamped beam, from (15)
-OFFLINE = ("No matching distribution", "Connection", "Max retries", "Network", "resolution")
+OFFLINE = ("name resolution", "NewConnectionError", "Max retries", "unreachable", "versions: none")
 
 
 @pytest.fixture(scope="module")

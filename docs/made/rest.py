@@ -12,7 +12,7 @@ import tomli_w
 from asked import own_folder, row, said
 
 from studies.core.evidence.digits import with_interval
-from studies.core.evidence.intervals import median_interval
+from studies.core.evidence.intervals import median_interval, share_interval
 from studies.core.evidence.repeats import quantile
 
 PLANTS = (  # what it is called, the model, its step [s]
@@ -25,10 +25,11 @@ PLANTS = (  # what it is called, the model, its step [s]
     ("chain of 6 at 0.25 ms", "closed-chain:6", 2.5e-4),
     ("chain of 10", "closed-chain:10", 2.5e-4),
 )
+REPEATS = 160
 NEAR = 8.0  # [mm]: below are the runs that end with 7.8
 STUDY = {
     "title": "Where joint 1 rests",
-    "repeats": 20,
+    "repeats": REPEATS,
     "plants": [{"name": name, "model": model, "step": step} for name, model, step in PLANTS],
     "controllers": [{"use": "two-loop"}],
     "trajectories": [{"use": "line"}],
@@ -38,14 +39,16 @@ STUDY = {
 
 
 def main() -> None:
-    """Print a row per model: the median envelope, and how many runs end with 7.8 mm."""
+    """Print a row per model: the median envelope, and the share of runs that end with 7.8 mm."""
     Path("study.toml").write_text(tomli_w.dumps(STUDY), encoding="utf-8")
     said("run", "study.toml", "--out", "run")
     rows = pq.read_table("run/results.parquet").to_pylist()
     for name, _, _ in PLANTS:
         found = [1e3 * each["envelope"] for each in rows if each["plant"] == name]
         median = with_interval(quantile(found), *median_interval(found))
-        row(name, median, f"{sum(each < NEAR for each in found)} of {len(found)}")
+        near = sum(each < NEAR for each in found)
+        low, high = (100 * end for end in share_interval(near, len(found)))
+        row(name, median, f"{100 * near / len(found):.0f} % [{low:.0f}, {high:.0f}]")
 
 
 if __name__ == "__main__":
